@@ -16,7 +16,8 @@
 tools=(g++ cmake ninja-build ccache pkg-config protobuf-compiler protobuf-compiler-grpc nlohmann-json3-dev libcli11-dev)
 libraries=(
   # RPC, errors, metrics, logs
-  libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libmicrohttpd-dev libspdlog-dev libcurl4-openssl-dev
+  libprotobuf-dev libgrpc++-dev libabsl-dev prometheus-cpp-dev libmicrohttpd-dev libgnutls28-dev libspdlog-dev
+  libcurl4-openssl-dev
   # journal, digests, compression
   libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev libdeflate-dev
   # renderer and images
@@ -28,7 +29,9 @@ libraries=(
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libgmp-dev libfaketime iproute2)
 # the Python package's own, then what its tests and examples use
 python_packages=(python3-protobuf python3-grpcio python3-numpy python3-zstandard)
-ci_packages=(slurm-wlm munge clang clang-format clang-tidy "${python_packages[@]}" mypy python3-matplotlib blender)
+# a browser, and what drives it, for the web page
+ci_packages=(slurm-wlm munge clang clang-format clang-tidy chromium python3-websockets "${python_packages[@]}" mypy
+  python3-matplotlib blender)
 cross_tools=(g++-aarch64-linux-gnu qemu-user-static)
 packages=("${tools[@]}" "${libraries[@]}" "${test_packages[@]}")
 

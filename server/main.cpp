@@ -57,6 +57,7 @@ struct Options {
   tessera::server::CoordinatorOptions coordinator;
   std::string data_dir = default_data_dir();
   std::string join_authority;
+  std::string web;  // empty: not given
   tessera::telemetry::LogOptions log{.program = "tessera-server"};
   double keep_days = 1, keep_unfetched_days = 30;
   double max_gigabytes = 1000;
@@ -162,6 +163,11 @@ void define_options(tessera::options::Command command, Options& options) {
       .with_default();
   command.add("--metrics", options.coordinator.metrics, "address of Prometheus metrics, at /metrics")
       .type_name("ADDR:PORT");
+  command
+      .add(
+          "--web", options.web,
+          "address of the web page, \"off\" for none (default: 127.0.0.1, ten ports behind that of --listen)")
+      .type_name("ADDR:PORT");
   command.add("--health", options.coordinator.health, "address of gRPC health checks, without certificates")
       .type_name("ADDR:PORT");
   command.add("--log-level", options.log.level, "least level of messages on standard error")
@@ -246,11 +252,29 @@ void define_options(tessera::options::Command command, Options& options) {
   command.example("tessera-server --listen 10.0.0.1:7070 --tls ~/farm-tls/server");
 }
 
+constexpr int kWebBehind = 10;  // ports behind that of --listen
+
+/// The web page is there unless it is not wanted, and on this machine only unless an address is given.
+void set_web(const Options& options, tessera::server::CoordinatorOptions& result) {
+  if (!options.web.empty()) {
+    result.web = options.web == "off" ? "" : options.web;
+    return;
+  }
+  const auto listen = tessera::base::parse_host_port(options.coordinator.listen);
+  if (!listen.ok()) return;  // whoever listens says so
+  const int port = listen->port == 0 ? 0 : listen->port + kWebBehind;
+  if (port > 65535) return;
+  result.web =
+      tessera::base::HostPort{.host = "127.0.0.1", .port = static_cast<std::uint16_t>(port)}.to_string();
+  result.web_if_free = true;
+}
+
 /// Turns the command line's options into the coordinator's.
 tessera::server::CoordinatorOptions coordinator_options(const Options& options) {
   tessera::server::CoordinatorOptions result = options.coordinator;
   result.data_dir = options.data_dir;
   result.join_authority = options.join_authority;
+  set_web(options, result);
   result.same_bits = options.bits == "same";
   result.settle = kSettle;
   result.order =
@@ -283,6 +307,7 @@ int main(int argc, char** argv) {
   }
   tessera::server::CoordinatorOptions options = coordinator_options(given);
   tessera::telemetry::set_up_log(given.log);
+  options.lines = tessera::telemetry::keep_recent_lines();
   tessera::transport::log_grpc();
   if (!given.new_certificates.empty()) {
     const absl::Status status =
@@ -324,6 +349,10 @@ int main(int argc, char** argv) {
   std::fflush(stdout);
   if (const int port = (*coordinator)->join_port(); port != 0) spdlog::info("workers join on port {}", port);
   if (const int port = (*coordinator)->metrics_port(); port != 0) spdlog::info("metrics on port {}", port);
+  if (const int port = (*coordinator)->web_port(); port != 0) {
+    spdlog::info("web page on port {}{}", port,
+                 options.certificates.empty() ? "" : "; tessera token --web logs in");
+  }
   if (const int port = (*coordinator)->health_port(); port != 0)
     spdlog::info("health checks on port {}", port);
   spdlog::info("data directory {}", options.data_dir.string());

@@ -21,6 +21,7 @@
 #include "command/report/output.h"
 #include "command/report/stats_file.h"
 #include "command/report/time_spent.h"
+#include "display/tev.h"
 #include "farm/job_calls.h"
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
@@ -54,17 +55,14 @@ absl::StatusOr<std::string> find_job_to_go_on(JobCalls& client, v1::JobSpec spec
 }
 
 /// The job from submission, or from where it was, to its end.
-absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, const RenderOptions& options,
+absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, FollowOptions how,
                                     std::stop_token stop) {
   JobCalls& client = farm.calls();
   absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
   if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
   if (!job_id.ok()) return job_id.status();
-  return follow_job(client, *job_id, spec,
-                    {.quiet = options.quiet,
-                     .building = [&farm] { return farm.building(); },
-                     .frame_memory = frame_memory(options.output, options.exr, spec)},
-                    stop, {.wanted = true});
+  how.building = [&farm] { return farm.building(); };
+  return follow_job(client, *job_id, spec, how, stop, {.wanted = true});
 }
 
 /// Where an image is kept that could not be written where it was to be: the state folder, or that of
@@ -94,6 +92,24 @@ void keep_image(const Image& image, const RenderOptions& options) {
     report(kIncomplete, absl::StrCat("the image is in ", path, " instead"));
     return;
   }
+}
+
+/// With `--display tev`, results go there too. Unavailable where it does not listen.
+absl::Status show_in_tev(const RenderOptions& options, const v1::JobSpec& spec, FollowOptions& how) {
+  if (options.display != "tev") return absl::OkStatus();
+  const std::string name = std::filesystem::path(options.output).filename().string();
+  absl::StatusOr<TevPicture> opened = TevPicture::open(kTevAddress, name, crop_of(spec));
+  if (!opened.ok()) return opened.status();
+  const auto picture = std::make_shared<std::optional<TevPicture>>(*std::move(opened));
+  how.show = [picture](const wire::TileResult& result) {
+    if (!*picture || !absl::IsUnavailable((*picture)->add(result))) return;
+    picture->reset();
+    std::cerr << "warning: tev is gone; rendering goes on\n";
+  };
+  how.show_anew = [picture] {
+    if (*picture) (*picture)->clear();
+  };
+  return absl::OkStatus();
 }
 
 /// `is_whole`: the job is done, and its image written.
@@ -126,12 +142,18 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
                         .blobs = loaded->job->blobs,
                         .geometry_read = [&loaded] { loaded->free_meshes(); },
                         .checkpoint = options.checkpoint,
+                        .web = options.display == "web",
                         .built = std::move(loaded->built),
                         .failed = failed});
   if (!farm.ok()) return report(kJobFailed, std::string{farm.status().message()});
+  if (const int port = (*farm)->web_port(); port != 0)
+    std::cerr << "tessera: the picture grows at http://127.0.0.1:" << port << "/" << std::endl;
 
   const Clock::time_point start = Clock::now();
-  absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, options, ended.get_token());
+  FollowOptions how{.quiet = options.quiet, .frame_memory = frame_memory(options.output, options.exr, spec)};
+  if (absl::Status s = show_in_tev(options, spec, how); !s.ok())
+    return report(kUsage, std::string{s.message()});
+  absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, how, ended.get_token());
   if (!failure.ok() && followed.ok()) followed->broken_off = failure;
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
@@ -206,6 +228,10 @@ void add_render_command(CommandLine& line) {
   command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
   command.option("--isa").one_of(local_isas());
   command.group("Output");
+  command
+      .add("--display", options->display,
+           "show the picture as it grows: in browsers of this machine, or in the viewer tev")
+      .one_of({"web", "tev"});
   command
       .add("--checkpoint", options->checkpoint,
            "keep results in this folder; the same command goes on with them")

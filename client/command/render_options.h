@@ -35,6 +35,7 @@ struct RenderOptions {
   ExrFormat exr;
   std::string stats;       // a JSON file; empty: none
   std::string checkpoint;  // a folder; empty: none. `render` only
+  std::string display;     // "web", "tev": where the picture is shown; empty: nowhere. `render` only
   bool quiet = false;
   FrameOptions frames;
   std::optional<std::int64_t> frame;  // the one of the animation that is to be rendered

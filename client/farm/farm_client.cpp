@@ -138,6 +138,16 @@ absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lif
   return response->token();
 }
 
+absl::StatusOr<v1::MakeWebTokenResponse> FarmClient::make_web_token(std::chrono::seconds lifetime,
+                                                                    std::stop_token stop) {
+  v1::MakeWebTokenRequest request;
+  request.mutable_lifetime()->set_seconds(lifetime.count());
+  return contact_.retried(stop, [&] {
+    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeWebToken, request, "MakeWebToken",
+                                 contact_.address(), kCallTimeout, stop);
+  });
+}
+
 absl::StatusOr<v1::ExpelResponse> FarmClient::expel(const v1::ExpelRequest& request, std::stop_token stop) {
   return contact_.retried(stop, [&] {
     return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel",

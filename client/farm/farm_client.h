@@ -68,6 +68,10 @@ class FarmClient final : public JobCalls {
   /// no joins.
   absl::StatusOr<std::string> make_join_token(std::chrono::seconds lifetime, std::uint32_t uses,
                                               std::stop_token stop);
+  /// Where the coordinator's web page is, and with which token the caller logs in there in that time.
+  /// FailedPrecondition when it has none.
+  absl::StatusOr<v1::MakeWebTokenResponse> make_web_token(std::chrono::seconds lifetime,
+                                                          std::stop_token stop);
   /// Puts whoever has such a certificate out of the farm, or, with `undo`, lets them in again.
   /// FailedPrecondition where callers have no certificates; NotFound when there is nothing to undo, or nobody
   /// of that name ever called.

@@ -51,6 +51,7 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   coordinator_options.blobs = parts->blobs;
   coordinator_options.data_dir = options.checkpoint;
   coordinator_options.takes_messages = false;
+  if (options.web) coordinator_options.web = "127.0.0.1:0";
   // Results that a checkpoint has lost are rendered again, and it is deleted by whoever made it.
   coordinator_options.accept_loss = true;
   // Somebody watches, and Ctrl-C keeps what is done.
@@ -99,6 +100,8 @@ LocalFarm::LocalFarm(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) {}
 LocalFarm::~LocalFarm() = default;
 
 JobCalls& LocalFarm::calls() { return *parts_->calls; }
+
+int LocalFarm::web_port() const { return parts_->coordinator->web_port(); }
 
 bool LocalFarm::building() const { return *parts_->building; }
 

@@ -26,6 +26,7 @@ struct LocalFarmOptions {
   // Folder for jobs and results; the next farm with the same goes on with them. Empty: they are kept in
   // memory.
   std::string checkpoint = {};
+  bool web = false;  // serves the farm's web page on a free port of this machine, for as long as it lives
   // A scene that was built already, and may be that of a job; null: none was.
   std::shared_ptr<const BuiltScene> built = nullptr;
   // Called, where there is one, once, from another thread, when results cannot be kept any more: nothing
@@ -46,6 +47,9 @@ class LocalFarm {
 
   /// To the coordinator. Must not be used once the farm is gone.
   JobCalls& calls();
+
+  /// Port of the web page; 0 when there is none.
+  int web_port() const;
 
   /// Whether a scene is being built.
   bool building() const;

@@ -7,6 +7,7 @@ pkg_check_modules(grpcpp REQUIRED IMPORTED_TARGET grpc++)
 find_library(TESSERA_GRPC_REFLECTION grpc++_reflection REQUIRED)  # it has no .pc file
 find_package(prometheus-cpp CONFIG REQUIRED)
 pkg_check_modules(microhttpd REQUIRED IMPORTED_TARGET libmicrohttpd)
+pkg_check_modules(gnutls REQUIRED IMPORTED_TARGET gnutls)
 find_program(GRPC_CPP_PLUGIN grpc_cpp_plugin REQUIRED)
 find_package(absl CONFIG REQUIRED)
 find_package(OpenSSL REQUIRED)

@@ -3,10 +3,12 @@
 #include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 
+#include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "base/printable.h"
+#include "telemetry/recent_lines.h"
 
 namespace tessera::telemetry {
 namespace {
@@ -107,6 +109,33 @@ class JsonFormatter final : public spdlog::formatter {
 
 LogAbout::LogAbout(const LogFields& fields) : outer_(std::exchange(fields_of_thread, &fields)) {}
 LogAbout::~LogAbout() { fields_of_thread = outer_; }
+
+void RecentLines::sink_it_(const spdlog::details::log_msg& message) {
+  static constexpr LogFields kNone;
+  const LogFields& fields = fields_of_thread != nullptr ? *fields_of_thread : kNone;
+  const auto since_epoch = message.time.time_since_epoch();
+  const auto level = spdlog::level::to_string_view(message.level);
+  lines_.push_back({.number = ++count_,
+                    .unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(since_epoch).count(),
+                    .level = {level.data(), level.size()},
+                    .message = {message.payload.data(), message.payload.size()},
+                    .job = std::string{fields.job},
+                    .worker = std::string{fields.worker},
+                    .user = std::string{fields.user}});
+  if (lines_.size() > kMost) lines_.pop_front();
+}
+
+std::vector<LogLine> RecentLines::after(std::uint64_t after) {
+  const std::lock_guard lock(mutex_);
+  const std::uint64_t news = after >= count_ ? 0 : std::min<std::uint64_t>(count_ - after, lines_.size());
+  return {lines_.end() - static_cast<std::ptrdiff_t>(news), lines_.end()};
+}
+
+std::shared_ptr<RecentLines> keep_recent_lines() {
+  auto lines = std::make_shared<RecentLines>();
+  spdlog::default_logger()->sinks().push_back(lines);
+  return lines;
+}
 
 std::unique_ptr<spdlog::formatter> make_log_formatter(LogFormat format, std::string worker) {
   if (format == LogFormat::kJson) return std::make_unique<JsonFormatter>(std::move(worker));

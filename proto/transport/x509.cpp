@@ -38,6 +38,21 @@ std::string written_by(Write write) {
   return {data, static_cast<std::size_t>(size)};
 }
 
+/// Subject alternative names of one type whose value is text (GEN_URI, GEN_DNS).
+std::vector<std::string> names_of_type(const X509* certificate, int type) {
+  const std::unique_ptr<GENERAL_NAMES, base::Freer<GENERAL_NAMES_free>> names{
+      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr))};
+  std::vector<std::string> texts;
+  for (int i = 0; names != nullptr && i < sk_GENERAL_NAME_num(names.get()); ++i) {
+    const GENERAL_NAME* const name = sk_GENERAL_NAME_value(names.get(), i);
+    if (name->type != type) continue;
+    const ASN1_IA5STRING* const text = name->d.ia5;
+    texts.emplace_back(reinterpret_cast<const char*>(ASN1_STRING_get0_data(text)),
+                       static_cast<std::size_t>(ASN1_STRING_length(text)));
+  }
+  return texts;
+}
+
 }  // namespace
 
 Certificate certificate_from_pem(std::string_view pem) {
@@ -67,18 +82,10 @@ std::string key_digest_of(X509* certificate) {
   return wire::sha256_hex(written_by([&](BIO* bio) { i2d_PUBKEY_bio(bio, X509_get0_pubkey(certificate)); }));
 }
 
-std::vector<std::string> uris_of(const X509* certificate) {
-  const std::unique_ptr<GENERAL_NAMES, base::Freer<GENERAL_NAMES_free>> names{
-      static_cast<GENERAL_NAMES*>(X509_get_ext_d2i(certificate, NID_subject_alt_name, nullptr, nullptr))};
-  std::vector<std::string> uris;
-  for (int i = 0; names != nullptr && i < sk_GENERAL_NAME_num(names.get()); ++i) {
-    const GENERAL_NAME* const name = sk_GENERAL_NAME_value(names.get(), i);
-    if (name->type != GEN_URI) continue;
-    const ASN1_IA5STRING* const uri = name->d.uniformResourceIdentifier;
-    uris.emplace_back(reinterpret_cast<const char*>(ASN1_STRING_get0_data(uri)),
-                      static_cast<std::size_t>(ASN1_STRING_length(uri)));
-  }
-  return uris;
+std::vector<std::string> uris_of(const X509* certificate) { return names_of_type(certificate, GEN_URI); }
+
+std::vector<std::string> host_names_of(const X509* certificate) {
+  return names_of_type(certificate, GEN_DNS);
 }
 
 std::string name_of(const X509* certificate) {

@@ -38,6 +38,8 @@ std::string key_digest_of(X509* certificate);
 
 /// The URIs among its subject alternative names.
 std::vector<std::string> uris_of(const X509* certificate);
+/// The host names (DNS) among them.
+std::vector<std::string> host_names_of(const X509* certificate);
 /// Its common name; empty when it has none.
 std::string name_of(const X509* certificate);
 

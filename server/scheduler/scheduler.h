@@ -109,6 +109,8 @@ class Scheduler {
   std::vector<WorkerView> workers() const;
   /// Who works on what.
   std::vector<Assignment> assignments() const;
+  /// The leases of a job that are out, oldest first; none of a job that is not known. Looks at every lease.
+  std::vector<Lease> leases_of(std::string_view job) const;
   std::size_t worker_count() const { return state_.workers.size(); }
   /// Empty for a worker that is not known.
   std::string host_of(const std::string& worker) const;

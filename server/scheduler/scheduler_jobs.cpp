@@ -261,4 +261,12 @@ std::string Scheduler::left_out(std::string_view id) const {
   return job.ok() ? classes_.left_out(**job) : "";
 }
 
+std::vector<Lease> Scheduler::leases_of(std::string_view id) const {
+  std::vector<Lease> leases;
+  const absl::StatusOr<const Job*> job = find_job(id);
+  if (!job.ok()) return leases;
+  for (const LeaseId lease : state_.leases.of_job((*job)->number)) leases.push_back(state_.leases.get(lease));
+  return leases;
+}
+
 }  // namespace tessera::server

@@ -3,8 +3,13 @@
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
+#include <fstream>
+#include <iterator>
+#include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "base/address.h"
@@ -14,7 +19,9 @@
 #include "service/rpc/access.h"
 #include "tls/own_certificate.h"
 #include "transport/tls.h"
+#include "transport/x509.h"
 #include "wire/limits.h"
+#include "wire/version.h"
 
 namespace tessera::server {
 namespace {
@@ -42,6 +49,20 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(
   auto credentials = transport::server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled), std::move(members)));
   return credentials;
+}
+
+/// Names by which the web page may be called: the machine's, and those in the coordinator's certificate.
+std::vector<std::string> names_of_page(const std::filesystem::path& certificates) {
+  std::vector<std::string> names;
+  if (!certificates.empty()) {
+    std::ifstream file{certificates / transport::kCertificateFile};
+    const transport::Certificate own =
+        transport::certificate_from_pem(std::string{std::istreambuf_iterator<char>{file}, {}});
+    if (own != nullptr) names = transport::host_names_of(own.get());
+  }
+  char machine[256] = "";
+  if (::gethostname(machine, sizeof(machine) - 1) == 0) names.emplace_back(machine);
+  return names;
 }
 
 }  // namespace
@@ -143,6 +164,36 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
   return absl::OkStatus();
 }
 
+absl::Status Coordinator::Impl::open_web(const CoordinatorOptions& options) {
+  if (options.web.empty()) return absl::OkStatus();
+  absl::StatusOr<base::HostPort> address = base::parse_host_port(options.web);
+  if (!address.ok()) return address.status();
+  const bool encrypted = !options.certificates.empty();
+  if (!encrypted) {
+    if (absl::Status s = base::check_unencrypted_allowed(*address, options.allow_insecure); !s.ok()) return s;
+  }
+  std::vector<std::string> names = names_of_page(options.certificates);
+  names.push_back(address->host);
+  site = std::make_unique<WebSite>(*farm, Rights{*farm, options.share_jobs}, *expelled, *members,
+                                   SiteOptions{.encrypted = encrypted,
+                                               .names = std::move(names),
+                                               .version = wire::build_version(),
+                                               .lines = options.lines});
+  absl::StatusOr<std::unique_ptr<HttpServer>> started =
+      HttpServer::start({.address = options.web, .certificates = options.certificates},
+                        [this](const HttpRequest& request) { return site->answer(request); });
+  if (!started.ok()) {
+    site.reset();
+    if (!options.web_if_free || !absl::IsUnavailable(started.status())) return started.status();
+    spdlog::warn("there is no web page: {}", std::string(started.status().message()));
+    return absl::OkStatus();
+  }
+  web = *std::move(started);
+  address->port = static_cast<std::uint16_t>(web->port());
+  web_port = WebPort{.address = address->to_string(), .site = site.get()};
+  return absl::OkStatus();
+}
+
 absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const CoordinatorOptions& options,
                                                                 grpc::ServerBuilder& builder) {
   const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.listen);
@@ -174,7 +225,9 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
     streams->cut_stalled();
     return true;
   });
-  farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), options.share_jobs);
+  if (absl::Status status = open_web(options); !status.ok()) return status;
+  farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), web_port ? &*web_port : nullptr,
+                       options.share_jobs);
   work_service.emplace(*farm, accounts);
   blob_service.emplace(*blobs, *streams, [this](const std::string& digest, std::uint64_t bytes) {
     farm->note_upload(digest, bytes);
@@ -242,7 +295,9 @@ absl::Status Coordinator::Impl::wait() {
   std::call_once(shut_down, [this] {
     // Waiting calls are answered first, so that the server finds none that would not end by itself.
     if (health != nullptr) health->set_serving(false);
+    if (site != nullptr) site->stop();
     farm->stop();
+    web.reset();
     if (listener) listener->stop();
     if (server != nullptr) {
       server->Shutdown(std::chrono::system_clock::now() + kGrace);
@@ -258,9 +313,8 @@ Coordinator::Coordinator(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 absl::StatusOr<std::unique_ptr<Coordinator>> Coordinator::start(CoordinatorOptions options) {
   auto impl = std::make_unique<Impl>();
   if (absl::Status status = impl->open(options); !status.ok()) return status;
-  if (options.takes_messages) {
-    if (absl::Status status = impl->listen(options); !status.ok()) return status;
-  }
+  if (absl::Status s = options.takes_messages ? impl->listen(options) : impl->open_web(options); !s.ok())
+    return s;
   return std::unique_ptr<Coordinator>(new Coordinator(std::move(impl)));
 }
 
@@ -272,6 +326,7 @@ Coordinator::~Coordinator() {
 int Coordinator::bound_port() const { return impl_->listener ? impl_->listener->port() : 0; }
 int Coordinator::join_port() const { return impl_->joining ? impl_->joining->port() : 0; }
 int Coordinator::metrics_port() const { return impl_->metrics ? impl_->metrics->port() : 0; }
+int Coordinator::web_port() const { return impl_->web ? impl_->web->port() : 0; }
 int Coordinator::health_port() const { return impl_->health ? impl_->health->port() : 0; }
 Farm& Coordinator::farm() { return *impl_->farm; }
 void Coordinator::request_shutdown() { impl_->request_shutdown(absl::OkStatus()); }

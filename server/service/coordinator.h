@@ -14,6 +14,7 @@
 #include "scheduler/turn_order.h"
 #include "service/farm/accounts.h"
 #include "service/farm/farm_clock.h"
+#include "telemetry/recent_lines.h"
 
 namespace tessera::server {
 
@@ -66,6 +67,13 @@ struct CoordinatorOptions {
   std::chrono::milliseconds late_results{60'000};
   /// "HOST:PORT" to serve Prometheus metrics on, over plain HTTP; empty: nowhere.
   std::string metrics = {};
+  /// "HOST:PORT" of the web page; empty: there is none. With certificates it is encrypted, and everybody logs
+  /// in.
+  std::string web = {};
+  /// An address that is in use is no error: there is no web page then, and a warning says so.
+  bool web_if_free = false;
+  /// What the page shows of the program's log; null: nothing.
+  std::shared_ptr<telemetry::RecentLines> lines = {};
   /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls
   /// are served.
   std::string health = {};
@@ -111,6 +119,9 @@ class Coordinator {
 
   /// Port of the metrics; 0 when they are not served.
   int metrics_port() const;
+
+  /// Port of the web page; 0 when there is none.
+  int web_port() const;
 
   /// Port of health checks alone; 0 when they have no port of their own.
   int health_port() const;

@@ -20,6 +20,8 @@
 #include "service/rpc/join_service.h"
 #include "service/rpc/open_streams.h"
 #include "service/rpc/work_service.h"
+#include "service/web/http_server.h"
+#include "service/web/web_site.h"
 #include "store/blobs/blob_store.h"
 #include "store/data_dir.h"
 #include "store/journal.h"
@@ -33,6 +35,7 @@ struct Coordinator::Impl {
   absl::Status open_farm(const CoordinatorOptions& options);
   absl::Status listen(const CoordinatorOptions& options);
   absl::Status open_joining(const CoordinatorOptions& options);
+  absl::Status open_web(const CoordinatorOptions& options);
   absl::StatusOr<Listener::Acceptor> open_port(const CoordinatorOptions& options,
                                                grpc::ServerBuilder& builder);
   void request_shutdown(const absl::Status& reason);
@@ -49,6 +52,9 @@ struct Coordinator::Impl {
   std::shared_ptr<Expelled> expelled;
   std::shared_ptr<Members> members;
   std::unique_ptr<JoinServer> joining;
+  std::optional<WebPort> web_port;
+  std::unique_ptr<WebSite> site;
+  std::unique_ptr<HttpServer> web;
   std::optional<FarmService> farm_service;
   std::optional<WorkService> work_service;
   std::optional<BlobService> blob_service;

@@ -282,4 +282,16 @@ absl::StatusOr<std::vector<CoveredUnits>> SqliteJournal::read_units(const std::s
   return units;
 }
 
+absl::StatusOr<std::vector<std::string>> SqliteJournal::read_stats(const std::string& job,
+                                                                   std::uint64_t after, std::uint32_t most) {
+  const std::lock_guard lock(database_mutex_);
+  std::vector<std::string> stats;
+  const absl::Status status = read_tables("reading", [&] {
+    stats = rows_.stats(job, after, most);
+    return absl::OkStatus();
+  });
+  if (!status.ok()) return status;
+  return stats;
+}
+
 }  // namespace tessera::server

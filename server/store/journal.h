@@ -148,6 +148,13 @@ class Journal {
   /// Units of at most `most` committed results after the number `after`, in order.
   virtual absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string& job, std::uint64_t after,
                                                                std::uint32_t most) = 0;
+
+  /// What these results cost: serialized UnitStats, in order. Unimplemented where that is not kept.
+  virtual absl::StatusOr<std::vector<std::string>> read_stats(const std::string& /*job*/,
+                                                              std::uint64_t /*after*/,
+                                                              std::uint32_t /*most*/) {
+    return absl::UnimplementedError("this journal does not keep what single results cost");
+  }
 };
 
 struct JournalOptions {

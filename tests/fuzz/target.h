@@ -23,7 +23,7 @@ extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kText
 // ---- proto/wire, proto/images, proto/layers, proto/expression
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression;
 // ---- server
-extern const Target kJournal, kUpload;
+extern const Target kJournal, kUpload, kWebRequest;
 // ---- worker
 extern const Target kSceneBuild, kCsg;
 

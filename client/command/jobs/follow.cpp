@@ -35,9 +35,7 @@ AssemblyOptions assembly_options(const v1::JobSpec& spec) {
   AssemblyOptions options;
   options.width = spec.view().width();
   options.height = spec.view().height();
-  const v1::PixelRect& crop = spec.cut().crop();
-  options.crop = {static_cast<std::int32_t>(crop.x0()), static_cast<std::int32_t>(crop.y0()),
-                  static_cast<std::int32_t>(crop.x1()), static_cast<std::int32_t>(crop.y1())};
+  options.crop = crop_of(spec);
   options.spp = spec.samples().spp();
   options.overscan = spec.farm().overscan();
   options.tile_size = wire::works_in_passes(spec) ? 0 : spec.cut().tile_size();
@@ -100,9 +98,12 @@ class Tale {
   JobNews news_;
 };
 
-absl::Status add_result(const v1::UnitResult& unit, Assembler& assembler) {
+/// Hands the result to whoever looks on, and to the assembler where there is one.
+absl::Status add_result(const v1::UnitResult& unit, const FollowOptions& how, Assembler* assembler) {
   absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(unit.payload());
-  const absl::Status status = result.ok() ? assembler.add(*std::move(result)) : result.status();
+  if (result.ok() && how.show) how.show(*result);
+  absl::Status status = result.status();
+  if (status.ok() && assembler != nullptr) status = assembler->add(*std::move(result));
   if (status.ok()) return status;
   return absl::InternalError(absl::StrCat("result of unit ", unit.unit().index(), ": ", status.message()));
 }
@@ -139,6 +140,12 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
 
 }  // namespace
 
+Window crop_of(const v1::JobSpec& spec) {
+  const v1::PixelRect& crop = spec.cut().crop();
+  return {static_cast<std::int32_t>(crop.x0()), static_cast<std::int32_t>(crop.y0()),
+          static_cast<std::int32_t>(crop.x1()), static_cast<std::int32_t>(crop.y1())};
+}
+
 absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id, const v1::JobSpec& spec,
                                        const FollowOptions& how, std::stop_token stop,
                                        const PartialImage& partial) {
@@ -156,7 +163,7 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
   JobCalls::WatchHandlers handlers;
   handlers.result = [&](const v1::UnitResult& unit) {
     ++units;
-    return add_result(unit, *assembler);
+    return add_result(unit, how, &*assembler);
   };
   handlers.status = [&](const v1::JobStatus& status) {
     followed.status = status;
@@ -165,6 +172,7 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
   };
   handlers.restart = [&]() -> absl::Status {
     units = 0;
+    if (how.show_anew) how.show_anew();
     auto again = Assembler::create(options);
     if (!again.ok()) return again.status();
     assembler = std::move(again);
@@ -195,10 +203,18 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
 }
 
 absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id,
-                                              const v1::JobSpec& spec, std::stop_token stop) {
-  Tale tale{spec, {}};
+                                              const v1::JobSpec& spec, const FollowOptions& how,
+                                              std::stop_token stop) {
+  Tale tale{spec, how};
   FarmClient::WatchHandlers handlers;
   handlers.status = [&](const v1::JobStatus& status) { tale.tell(status, std::nullopt); };
+  if (how.show) {
+    handlers.result = [&](const v1::UnitResult& unit) { return add_result(unit, how, nullptr); };
+    handlers.restart = [&] {
+      if (how.show_anew) how.show_anew();
+      return absl::OkStatus();
+    };
+  }
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, stop);
   tale.end();
   return status;

@@ -14,6 +14,7 @@
 #include "image/assemble.h"
 #include "image/exr/rows.h"
 #include "image/image.h"
+#include "wire/tile_result.h"
 
 namespace tessera::client {
 
@@ -42,7 +43,13 @@ struct FollowOptions {
   std::function<bool()> building = {};  // whether a worker of its own builds the scene
   // Bytes of a frame that may be kept in memory; a larger one has its pixels in FollowedJob::rows.
   std::uint64_t frame_memory = UINT64_MAX;
+  // Each result as it comes, where somebody looks on; and that all of them come again, for some were wrong.
+  std::function<void(const wire::TileResult&)> show = {};
+  std::function<void()> show_anew = {};
 };
+
+/// What is rendered of the film.
+Window crop_of(const v1::JobSpec& spec);
 
 /// Follows the job to its end, with progress on stderr, and what happens to it meanwhile. Errors: those of
 /// JobCalls::watch; Internal when results do not fit the job.
@@ -50,9 +57,10 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
                                        const FollowOptions& options, std::stop_token stop,
                                        const PartialImage& partial = {});
 
-/// The same without an image: progress only.
+/// The same without an image: progress, and what FollowOptions shows.
 absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::string& job_id,
-                                              const v1::JobSpec& spec, std::stop_token stop);
+                                              const v1::JobSpec& spec, const FollowOptions& how,
+                                              std::stop_token stop);
 
 /// The exit code of a job that has ended, with a message on stderr when that was not well: of an incomplete
 /// one, kHoles and what is missing.

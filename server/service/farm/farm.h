@@ -92,9 +92,27 @@ class Farm {
   void retry(const std::string& id, Done<v1::JobStatus> done);
   void adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done);
   v1::ListWorkersResponse list_workers();
+  /// How often each worker is to be heard of, now.
+  std::chrono::milliseconds heartbeat_interval() const;
   void trust_host(const std::string& host, DoneEmpty done);
   /// A client has received every result of a job that is over.
   void note_fetched(const std::string& id);
+
+  // ---- who looks on (farm_views.cpp)
+
+  /// What follows from the job's spec. NotFound.
+  absl::StatusOr<std::shared_ptr<const JobShape>> shape_of(const std::string& id);
+  /// The payload of one result, by its sequence number. DataLoss where it cannot be read any more.
+  absl::StatusOr<std::string> result_of(const std::string& id, std::uint64_t sequence);
+  /// What the results `after + 1`, ... cost, `most` of them at most.
+  absl::StatusOr<std::vector<v1::UnitStats>> costs_of(const std::string& id, std::uint64_t after,
+                                                      std::uint32_t most);
+  /// Pixels that workers, named by their ids, are rendering for the job: `most` leases at most.
+  struct PixelsInWork {
+    v1::PixelRect pixels;
+    std::string worker;
+  };
+  std::vector<PixelsInWork> in_work(const std::string& id, std::size_t most);
 
   /// Returns what a watcher that has results up to `after` gets next; no results when there are none yet.
   absl::StatusOr<WatchBatch> next_results(const std::string& id, std::uint64_t after, bool status_only);
@@ -213,7 +231,11 @@ class Farm {
   Scheduler scheduler_;
   JobTable jobs_;
   UnclaimedUploads uploads_;
-  absl::flat_hash_map<std::string, std::shared_ptr<const Accounts::Hold>> registrations_;  // by worker
+  struct Registration {
+    std::shared_ptr<const Accounts::Hold> account;
+    std::uint64_t failures = 0, resident_bytes = 0;  // for people
+  };
+  absl::flat_hash_map<std::string, Registration> registrations_;  // by worker
   JobKeeper keeper_;
 
   FarmMetrics metrics_;

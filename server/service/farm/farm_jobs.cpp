@@ -226,6 +226,10 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
     worker.set_certificate(view.info.certificate);
+    if (const auto known = registrations_.find(view.info.id); known != registrations_.end()) {
+      worker.set_failures(known->second.failures);
+      worker.set_resident_bytes(known->second.resident_bytes);
+    }
     for (const Assignment& assignment : assignments[view.info.id]) {
       const v1::JobSpec& spec = jobs_.find(assignment.job)->shape->spec;
       v1::WorkerJob& job = *worker.add_jobs();

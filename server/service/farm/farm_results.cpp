@@ -186,6 +186,8 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
       scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
   if (!failed.ok()) return done(failed);
   metrics_.failed();
+  if (const auto known = registrations_.find(request.worker_id()); known != registrations_.end())
+    ++known->second.failures;
   log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
             absl::StrCat("failed: ", message));
   commit({}, {}, /*wait=*/true, std::move(done));

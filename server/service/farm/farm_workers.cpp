@@ -105,7 +105,7 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
        .classes = {request.arithmetic_classes().begin(), request.arithmetic_classes().end()}},
       now());
   if (!status.ok()) return status;
-  registrations_[response.worker_id()] = origin.account;
+  registrations_[response.worker_id()] = {.account = origin.account};
   telemetry::log(
       spdlog::level::info,
       {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
@@ -243,6 +243,9 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker,
     return absl::ResourceExhaustedError(
         absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
   }
+  if (const auto known = registrations_.find(worker);
+      known != registrations_.end() && request.resident_bytes() > 0)
+    known->second.resident_bytes = request.resident_bytes();
   v1::HeartbeatResponse response;
   std::vector<v1::LeaseToken> granted;
   for (const v1::LeaseToken& token : request.leases()) {

@@ -24,27 +24,6 @@ std::string method_of(const Metadata& metadata) {
   return path == metadata.end() ? "" : text_of(path->second);
 }
 
-bool is_allowed(Role role, std::string_view method) {
-  const auto is_of = [&](const char* prefix) {
-    return absl::StartsWith({method.data(), method.size()}, prefix);
-  };
-  if (is_of("/grpc.health.v1.Health/")) return true;
-  if (is_of("/grpc.reflection.")) return role == Role::kClient || role == Role::kAdmin;
-  if (is_of("/tessera.v1.WorkService/")) return role == Role::kWorker;
-  // Blobs of phases are for the workers that come after.
-  if (is_of("/tessera.v1.BlobService/Upload") || is_of("/tessera.v1.BlobService/QueryUpload"))
-    return role != Role::kServer;
-  // Clients have what they uploaded; what others did is not theirs to read.
-  if (is_of("/tessera.v1.BlobService/Download")) return role == Role::kWorker || role == Role::kAdmin;
-  for (const char* for_admins : {"TrustHost", "MakeJoinToken", "Expel"}) {
-    if (is_of(absl::StrCat("/tessera.v1.FarmService/", for_admins).c_str())) return role == Role::kAdmin;
-  }
-  if (is_of("/tessera.v1.FarmService/") || is_of("/tessera.v1.BlobService/")) {
-    return role == Role::kClient || role == Role::kAdmin;
-  }
-  return false;
-}
-
 class AccessByRole final : public grpc::AuthMetadataProcessor {
  public:
   AccessByRole(std::shared_ptr<const Expelled> expelled, std::shared_ptr<Members> members)

@@ -4,27 +4,17 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
-#include <optional>
 #include <string>
 
+#include "service/farm/rights.h"
 #include "tls/expelled.h"
 #include "tls/members.h"
-#include "tls/role.h"
 
 namespace grpc {
 class AuthMetadataProcessor;
 }
 
 namespace tessera::server {
-
-/// The other end of a call, by its certificate.
-struct Caller {
-  std::optional<Role> role;  // absent: the connection is not encrypted, and everything is allowed
-  std::string user;          // the certificate's common name
-
-  /// Whether this caller may see and change what belongs to `owner`.
-  bool may_act_for(const std::string& owner) const { return !role || role == Role::kAdmin || user == owner; }
-};
 
 Caller caller_of(const grpc::AuthContext* context);
 /// The certificate itself, in PEM; empty where there is none.

@@ -1,6 +1,5 @@
 #include "service/rpc/farm_service.h"
 
-#include <algorithm>
 #include <chrono>
 #include <optional>
 
@@ -26,14 +25,7 @@ class RefusedWatch final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
 absl::Status FarmService::check_access(const grpc::CallbackServerContext& context,
                                        const std::string& job) const {
-  const Caller who = caller(context);
-  if (!who.role || share_jobs_) return absl::OkStatus();
-  const absl::StatusOr<std::string> owner = farm_.owner_of(job);
-  if (!owner.ok() || who.may_act_for(*owner)) return owner.status();
-  const std::string peer = context.peer();
-  telemetry::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer},
-                 "refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
-  return absl::PermissionDeniedError(absl::StrCat("job ", job, " belongs to another user"));
+  return rights_.check(caller(context), context.peer(), job);
 }
 
 grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* context,
@@ -68,13 +60,7 @@ grpc::ServerUnaryReactor* FarmService::GetJob(grpc::CallbackServerContext* conte
 grpc::ServerUnaryReactor* FarmService::ListJobs(grpc::CallbackServerContext* context,
                                                 const v1::ListJobsRequest* request,
                                                 v1::ListJobsResponse* response) {
-  *response = farm_.list_jobs();
-  if (const Caller who = caller(*context); !share_jobs_) {
-    auto& jobs = *response->mutable_jobs();
-    jobs.erase(std::remove_if(jobs.begin(), jobs.end(),
-                              [&](const v1::JobStatus& job) { return !who.may_act_for(job.user()); }),
-               jobs.end());
-  }
+  *response = rights_.jobs(caller(*context));
   return answer(context->DefaultReactor(), absl::OkStatus());
 }
 
@@ -149,6 +135,26 @@ grpc::ServerUnaryReactor* FarmService::MakeJoinToken(grpc::CallbackServerContext
   return answer(reactor, absl::OkStatus());
 }
 
+grpc::ServerUnaryReactor* FarmService::MakeWebToken(grpc::CallbackServerContext* context,
+                                                    const v1::MakeWebTokenRequest* request,
+                                                    v1::MakeWebTokenResponse* response) {
+  grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
+  if (web_ == nullptr)
+    return answer(reactor, absl::FailedPreconditionError("there is no web page here: tessera-server --web"));
+  response->set_address(web_->address);
+  response->set_encrypted(web_->site->needs_login());
+  if (!web_->site->needs_login()) return answer(reactor, absl::OkStatus());
+  const Caller who = caller(*context);
+  absl::StatusOr<std::string> token =
+      web_->site->make_token({.caller = who, .certificate = certificate_of(*context->auth_context())},
+                             std::chrono::seconds{request->lifetime().seconds()});
+  if (!token.ok()) return answer(reactor, token.status());
+  telemetry::log(spdlog::level::info, {.user = who.user}, "'{}' made a login token of the web page",
+                 who.user);
+  response->set_token(*std::move(token));
+  return answer(reactor, absl::OkStatus());
+}
+
 absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& request,
                                                      const grpc::AuthContext* by) {
   const Caller who = caller_of(by);
@@ -202,17 +208,7 @@ grpc::ServerWriteReactor<v1::WatchJobResponse>* FarmService::WatchJob(grpc::Call
 grpc::ServerUnaryReactor* FarmService::ListWorkers(grpc::CallbackServerContext* context,
                                                    const v1::ListWorkersRequest* request,
                                                    v1::ListWorkersResponse* response) {
-  *response = farm_.list_workers();
-  if (const Caller who = caller(*context); !share_jobs_) {
-    for (v1::WorkerStatus& worker : *response->mutable_workers()) {
-      for (v1::WorkerJob& job : *worker.mutable_jobs()) {
-        if (who.may_act_for(job.user())) continue;
-        const std::uint32_t leases = job.leases();
-        job.Clear();
-        job.set_leases(leases);
-      }
-    }
-  }
+  *response = rights_.workers(caller(*context));
   return answer(context->DefaultReactor(), absl::OkStatus());
 }
 

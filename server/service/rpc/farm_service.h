@@ -7,24 +7,32 @@
 #include "service/rpc/access.h"
 #include "service/rpc/join_service.h"
 #include "service/rpc/open_streams.h"
+#include "service/web/web_site.h"
 #include "tessera/v1/farm.grpc.pb.h"
 
 namespace tessera::server {
+
+/// Where the web page is.
+struct WebPort {
+  std::string address;  // HOST:PORT
+  WebSite* site;
+};
 
 /// Farm, streams, lists of the expelled and of members, and joining must outlive the service. Where callers
 /// are known by their certificates, each sees and changes its own jobs, administrators all; `share_jobs`:
 /// everybody all.
 class FarmService final : public v1::FarmService::CallbackService {
  public:
-  /// `joining` may be null: no workers join.
+  /// `joining` may be null: no workers join; so may `web`: there is no web page.
   FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, const Members& members,
-              JoinServer* joining, bool share_jobs)
+              JoinServer* joining, const WebPort* web, bool share_jobs)
       : farm_(farm),
         streams_(streams),
         expelled_(expelled),
         members_(members),
         joining_(joining),
-        share_jobs_(share_jobs) {}
+        web_(web),
+        rights_(farm, share_jobs) {}
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context,
                                       const v1::SubmitJobRequest* request,
@@ -50,6 +58,9 @@ class FarmService final : public v1::FarmService::CallbackService {
   grpc::ServerUnaryReactor* MakeJoinToken(grpc::CallbackServerContext* context,
                                           const v1::MakeJoinTokenRequest* request,
                                           v1::MakeJoinTokenResponse* response) override;
+  grpc::ServerUnaryReactor* MakeWebToken(grpc::CallbackServerContext* context,
+                                         const v1::MakeWebTokenRequest* request,
+                                         v1::MakeWebTokenResponse* response) override;
   grpc::ServerUnaryReactor* Expel(grpc::CallbackServerContext* context, const v1::ExpelRequest* request,
                                   v1::ExpelResponse* response) override;
   grpc::ServerWriteReactor<v1::WatchJobResponse>* WatchJob(grpc::CallbackServerContext* context,
@@ -69,7 +80,8 @@ class FarmService final : public v1::FarmService::CallbackService {
   Expelled& expelled_;
   const Members& members_;
   JoinServer* const joining_;
-  const bool share_jobs_;
+  const WebPort* const web_;
+  const Rights rights_;
 };
 
 }  // namespace tessera::server

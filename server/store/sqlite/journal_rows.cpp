@@ -124,6 +124,17 @@ std::vector<CoveredUnits> JournalRows::units(const std::string& job, std::uint64
   return units;
 }
 
+std::vector<std::string> JournalRows::stats(const std::string& job, std::uint64_t after, std::uint32_t most) {
+  SQLite::Statement rows(
+      database_, "SELECT stats FROM results WHERE job = ? AND sequence > ? ORDER BY sequence LIMIT ?");
+  rows.bind(1, job);
+  rows.bind(2, static_cast<std::int64_t>(after));
+  rows.bind(3, most);
+  std::vector<std::string> stats;
+  while (rows.executeStep()) stats.push_back(text(rows.getColumn(0)));
+  return stats;
+}
+
 std::vector<SchedulerEvent> JournalRows::events(const std::string& job) {
   SQLite::Statement rows(database_,
                          "SELECT kind, unit, value, host, text FROM events WHERE job = ? ORDER BY number");

@@ -35,6 +35,8 @@ class JournalRows {
   std::vector<std::uint64_t> ends(const std::string& job, std::uint64_t first, std::uint64_t last);
   /// Units of at most `most` results after the number `after`, in order.
   std::vector<CoveredUnits> units(const std::string& job, std::uint64_t after, std::uint32_t most);
+  /// Costs of these results.
+  std::vector<std::string> stats(const std::string& job, std::uint64_t after, std::uint32_t most);
   /// In order; of the whole farm for an empty `job`.
   std::vector<SchedulerEvent> events(const std::string& job);
 

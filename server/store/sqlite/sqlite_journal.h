@@ -42,6 +42,8 @@ class SqliteJournal final : public Journal {
   absl::StatusOr<std::string> read_result(const std::string& job, std::uint64_t sequence) override;
   absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string& job, std::uint64_t after,
                                                        std::uint32_t most) override;
+  absl::StatusOr<std::vector<std::string>> read_stats(const std::string& job, std::uint64_t after,
+                                                      std::uint32_t most) override;
 
  private:
   static int note_wal_pages(void* self, sqlite3*, const char*, int pages) {

@@ -1,13 +1,26 @@
 #include "agent/link/heart.h"
 
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <fstream>
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace tessera::agent {
+namespace {
+
+/// Memory that this process takes; 0 where the system does not say.
+std::uint64_t resident_bytes() {
+  std::ifstream statm{"/proc/self/statm"};
+  std::uint64_t size = 0, resident = 0;
+  if (!(statm >> size >> resident)) return 0;
+  return resident * static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
+}
+
+}  // namespace
 
 Heart::Heart(CoordinatorLink& link, Session& session, LeaseTable& leases, std::stop_source drain)
     : link_(link), session_(session), leases_(leases), drain_(std::move(drain)) {}
@@ -41,12 +54,14 @@ void Heart::introduce(const std::string& worker_id, std::stop_token halt) {
 v1::HeartbeatRequest Heart::all_held(const std::string& worker_id) const {
   v1::HeartbeatRequest request;
   request.set_worker_id(worker_id);
+  request.set_resident_bytes(resident_bytes());
   for (v1::LeaseToken& token : leases_.tokens()) *request.add_leases() = std::move(token);
   return request;
 }
 
 bool Heart::ride(const HeldUnit& home, v1::HeartbeatRequest& request) {
   if (!session_.beat_early()) return false;
+  request.set_resident_bytes(resident_bytes());
   for (v1::LeaseToken& token : leases_.tokens()) {
     const bool goes_home = token.job_id() == home.job_id && token.generation() == home.generation &&
                            token.unit_index() == home.unit.index() &&

@@ -1,0 +1,46 @@
+// What a caller of the farm may see and change: the same for calls of gRPC and for the web page.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "absl/status/status.h"
+#include "service/farm/farm.h"
+#include "tls/role.h"
+
+namespace tessera::server {
+
+/// The other end of a call, by its certificate.
+struct Caller {
+  std::optional<Role> role;  // absent: the connection is not encrypted, and everything is allowed
+  std::string user;          // the certificate's common name
+
+  /// Whether this caller may see and change what belongs to `owner`.
+  bool may_act_for(const std::string& owner) const { return !role || role == Role::kAdmin || user == owner; }
+};
+
+/// Whether a role is for a method, named as gRPC does: "/tessera.v1.FarmService/CancelJob".
+bool is_allowed(Role role, std::string_view method);
+
+/// Each sees and changes its own jobs, administrators all; with `share_jobs`, everybody all. The farm must
+/// outlive this.
+class Rights {
+ public:
+  Rights(Farm& farm, bool share_jobs) : farm_(farm), share_jobs_(share_jobs) {}
+
+  bool sees_all(const Caller& who) const { return !who.role || share_jobs_ || who.role == Role::kAdmin; }
+  /// NotFound for a job that is not there, PermissionDenied, logged with the address `peer`, for one that is
+  /// not the caller's.
+  absl::Status check(const Caller& who, const std::string& peer, const std::string& job) const;
+  /// The jobs that the caller may see.
+  v1::ListJobsResponse jobs(const Caller& who) const;
+  /// All workers; of jobs that are not the caller's to see, only how many units they hold.
+  v1::ListWorkersResponse workers(const Caller& who) const;
+
+ private:
+  Farm& farm_;
+  const bool share_jobs_;
+};
+
+}  // namespace tessera::server

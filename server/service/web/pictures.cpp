@@ -1,0 +1,157 @@
+#include "service/web/pictures.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+
+namespace tessera::server {
+namespace {
+
+PixelArea crop_of(const v1::JobSpec& spec) {
+  const v1::PixelRect& crop = spec.cut().crop();
+  return {crop.x0(), crop.y0(), crop.x1(), crop.y1()};
+}
+
+double cpu_seconds_of(const v1::UnitStats& stats) {
+  return static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
+}
+
+}  // namespace
+
+ShownPicture::ShownPicture(Farm& farm, std::string job, std::shared_ptr<const JobShape> shape,
+                           PictureLayer layer)
+    : farm_(farm),
+      job_(std::move(job)),
+      shape_(std::move(shape)),
+      area_(crop_of(shape_->spec)),
+      layer_(std::move(layer)),
+      picture_(area_, Picture::level_for(area_), layer_) {}
+
+absl::Status ShownPicture::add(const v1::UnitResult& result, double cpu_seconds) {
+  const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(result.payload());
+  if (!tile.ok()) return tile.status();
+  const std::lock_guard lock(mutex_);
+  if (picture_.level() > 0) results_.push_back({result.sequence(), {tile->x0, tile->y0, tile->x1, tile->y1}});
+  return picture_.add(*tile, cpu_seconds);
+}
+
+bool ShownPicture::follow(std::chrono::steady_clock::time_point deadline) {
+  const std::lock_guard following(following_);
+  while (std::chrono::steady_clock::now() < deadline) {
+    const absl::StatusOr<WatchBatch> batch = farm_.next_results(job_, after_, /*status_only=*/false);
+    if (!batch.ok()) return false;
+    if (batch->response.status().revision() != revision_) {
+      // Results that are here already turned out to be wrong.
+      const std::lock_guard lock(mutex_);
+      revision_ = batch->response.status().revision();
+      picture_ = Picture(area_, picture_.level(), layer_);
+      results_.clear();
+      ++generation_;
+      const bool was_begun = std::exchange(after_, 0) > 0;
+      if (was_begun) continue;
+    }
+    if (batch->last == after_) return false;
+    std::vector<v1::UnitStats> costs;
+    if (layer_.kind == PictureLayer::Kind::kCost) {
+      const auto read = farm_.costs_of(job_, after_, static_cast<std::uint32_t>(batch->last - after_));
+      if (read.ok()) costs = *read;
+    }
+    for (const v1::UnitResult& result : batch->response.results()) {
+      const std::size_t at = result.sequence() - after_ - 1;
+      // A result that does not fit is the business of who fetches the image: here it leaves a hole.
+      static_cast<void>(add(result, at < costs.size() ? cpu_seconds_of(costs[at]) : 0));
+    }
+    after_ = batch->last;
+  }
+  return true;
+}
+
+absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelArea& pixels) {
+  if (level > 16 || pixels.empty() || std::size_t{pixels.width()} * pixels.height() > kMostPartPixels ||
+      pixels.x1 > (area_.width() + (1u << level) - 1) >> level ||
+      pixels.y1 > (area_.height() + (1u << level) - 1) >> level) {
+    return absl::InvalidArgumentError("the picture has no such part, or it is too large");
+  }
+  std::vector<std::uint64_t> sequences;
+  std::size_t reread = 0;
+  PixelArea film;
+  {
+    const std::lock_guard lock(mutex_);
+    if (level >= picture_.level()) return picture_.pixels(level, pixels);
+    film = intersection({area_.x0 + (pixels.x0 << level), area_.y0 + (pixels.y0 << level),
+                         area_.x0 + (pixels.x1 << level), area_.y0 + (pixels.y1 << level)},
+                        area_);
+    for (const Result& result : results_) {
+      if (intersection(result.area, film).empty()) continue;
+      sequences.push_back(result.sequence);
+      reread += std::size_t{result.area.width()} * result.area.height();
+    }
+  }
+  if (sequences.size() > kMostReread || reread > kMostRereadPixels)
+    return absl::ResourceExhaustedError("this part is made of too many results; look at a smaller one");
+  Picture fine(film, level, layer_);
+  for (const std::uint64_t sequence : sequences) {
+    const absl::StatusOr<std::string> payload = farm_.result_of(job_, sequence);
+    if (!payload.ok()) return payload.status();
+    const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(*payload);
+    if (!tile.ok()) return tile.status();
+    double seconds = 0;
+    if (layer_.kind == PictureLayer::Kind::kCost) {
+      const auto cost = farm_.costs_of(job_, sequence - 1, 1);
+      if (cost.ok() && !cost->empty()) seconds = cpu_seconds_of(cost->front());
+    }
+    if (absl::Status status = fine.add(*tile, seconds); !status.ok()) return status;
+  }
+  return fine.pixels(level, {0, 0, pixels.width(), pixels.height()});
+}
+
+ShownPicture::News ShownPicture::since(std::uint64_t generation, std::uint64_t changes) const {
+  const std::lock_guard lock(mutex_);
+  News news{.generation = generation_, .changes = picture_.changes(), .areas = {}};
+  std::optional<std::vector<PixelArea>> areas;
+  if (generation == generation_) areas = picture_.changed_since(changes);
+  news.all = !areas;
+  if (areas) news.areas = *std::move(areas);
+  return news;
+}
+
+absl::StatusOr<std::shared_ptr<ShownPicture>> Pictures::open(const std::string& job,
+                                                             const std::string& layer) {
+  const absl::StatusOr<std::shared_ptr<const JobShape>> shape = farm_.shape_of(job);
+  if (!shape.ok()) return shape.status();
+  const std::vector<PictureLayer> layers = layers_of((*shape)->channels);
+  const auto found = std::ranges::find(layers, layer, &PictureLayer::name);
+  if (found == layers.end()) return absl::NotFoundError(absl::StrCat("job ", job, " has no such layer"));
+  const std::lock_guard lock(mutex_);
+  if (const auto kept = kept_.find({job, layer}); kept != kept_.end()) {
+    kept->second.used = ++uses_;
+    return kept->second.picture;
+  }
+  const PixelArea area = crop_of((*shape)->spec);
+  if (!make_room(Picture::bytes_for(area, *found)))
+    return absl::ResourceExhaustedError("too many pictures are looked at; close another page");
+  Kept& kept = kept_[{job, layer}];
+  kept = {.picture = std::make_shared<ShownPicture>(farm_, job, *shape, *found), .used = ++uses_};
+  return kept.picture;
+}
+
+bool Pictures::make_room(std::size_t bytes) {
+  const auto all_bytes = [this] {
+    std::size_t sum = 0;
+    for (const auto& [key, kept] : kept_)
+      sum += Picture::bytes_for(kept.picture->area(), kept.picture->layer());
+    return sum;
+  };
+  while (kept_.size() >= kMost || all_bytes() + bytes > most_bytes_) {
+    auto oldest = kept_.end();
+    for (auto kept = kept_.begin(); kept != kept_.end(); ++kept) {
+      const bool is_seen = kept->second.picture.use_count() > 1;
+      if (!is_seen && (oldest == kept_.end() || kept->second.used < oldest->second.used)) oldest = kept;
+    }
+    if (oldest == kept_.end()) return false;
+    kept_.erase(oldest);
+  }
+  return true;
+}
+
+}  // namespace tessera::server

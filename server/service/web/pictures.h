@@ -1,0 +1,100 @@
+// The pictures that somebody looks at.
+#pragma once
+
+#include <chrono>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "service/farm/farm.h"
+#include "service/web/picture.h"
+
+namespace tessera::server {
+
+/// A layer of a job's picture, which follows the job's results. Thread-safe.
+class ShownPicture {
+ public:
+  /// Most pixels of one part(), and results, and pixels of theirs, that are read again for it.
+  static constexpr std::size_t kMostPartPixels = 256 * 256, kMostReread = 16'384;
+  static constexpr std::size_t kMostRereadPixels = std::size_t{1} << 26;
+
+  ShownPicture(Farm& farm, std::string job, std::shared_ptr<const JobShape> shape, PictureLayer layer);
+
+  /// Takes results that are new, until there are none or it is `deadline`. Whether there may be more at once.
+  bool follow(std::chrono::steady_clock::time_point deadline);
+
+  /// Picture::pixels, of any level. InvalidArgument for a part that is not within the picture or too large,
+  /// ResourceExhausted where it is made of too many results.
+  absl::StatusOr<std::string> part(std::uint32_t level, const PixelArea& pixels);
+
+  /// What changed since a page was told, which may be everything.
+  struct News {
+    std::uint64_t generation = 0;  // the picture was begun anew so often
+    std::uint64_t changes = 0;
+    bool all = false;
+    std::vector<PixelArea> areas;
+  };
+  News since(std::uint64_t generation, std::uint64_t changes) const;
+
+  const PixelArea& area() const { return area_; }
+  const std::string& job() const { return job_; }
+  const PictureLayer& layer() const { return layer_; }
+
+ private:
+  struct Result {
+    std::uint64_t sequence;
+    PixelArea area;
+  };
+
+  absl::Status add(const v1::UnitResult& result, double cpu_seconds);
+
+  Farm& farm_;
+  const std::string job_;
+  const std::shared_ptr<const JobShape> shape_;
+  const PixelArea area_;
+  const PictureLayer layer_;
+
+  std::mutex following_;  // before mutex_
+  std::uint64_t after_ = 0;
+
+  mutable std::mutex mutex_;
+  Picture picture_;
+  std::uint64_t generation_ = 1;
+  std::uint32_t revision_ = 0;
+  std::vector<Result> results_;  // where levels below the picture's may be asked for
+};
+
+/// Those that are looked at, and a few that were. Thread-safe.
+class Pictures {
+ public:
+  /// Pictures, and bytes of their planes, that are kept. One takes 64 MiB at most.
+  static constexpr std::size_t kMost = 256, kMostBytes = std::size_t{1} << 30;
+
+  explicit Pictures(Farm& farm, std::size_t most_bytes = kMostBytes) : farm_(farm), most_bytes_(most_bytes) {}
+
+  /// NotFound for a job or a layer that is not there; ResourceExhausted when there is no room, because all
+  /// that is kept is looked at.
+  absl::StatusOr<std::shared_ptr<ShownPicture>> open(const std::string& job, const std::string& layer);
+
+ private:
+  using Key = std::pair<std::string, std::string>;
+  struct Kept {
+    std::shared_ptr<ShownPicture> picture;
+    std::uint64_t used = 0;
+  };
+
+  /// Drops what nobody looks at, the longest unused first, until there is room for so many bytes.
+  bool make_room(std::size_t bytes);
+
+  Farm& farm_;
+  const std::size_t most_bytes_;
+  std::mutex mutex_;
+  std::map<Key, Kept> kept_;
+  std::uint64_t uses_ = 0;
+};
+
+}  // namespace tessera::server
