@@ -6,6 +6,7 @@
 
 #include "command/command.h"
 #include "command/exit_code.h"
+#include "command/gltf_choice.h"
 #include "command/interrupt.h"
 #include "command/report/exr_options.h"
 #include "command/report/output.h"
@@ -19,6 +20,7 @@ namespace {
 struct ConvertOptions {
   std::string input;
   std::string output;
+  GltfOptions gltf;
   ExrFormat exr;
   std::vector<std::string> layers;  // of the image; none: all channels
   bool quiet = false;
@@ -36,7 +38,8 @@ int convert_image(const ConvertOptions& options) {
 }
 
 int convert_scene(const ConvertOptions& options) {
-  const absl::StatusOr<ImportedScene> scene = import_scene(options.input);
+  const absl::StatusOr<ImportedScene> scene =
+      import_scene(options.input, {.threads = 0, .defines = {}, .gltf = options.gltf});
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
   if (!options.quiet) {
     for (const Diagnostic& warning : scene->warnings) std::cerr << "warning: " << to_string(warning) << '\n';
@@ -61,6 +64,7 @@ void add_convert_command(CommandLine& line) {
       .separated_by_commas()
       .type_name("NAME,...");
   command.add_flag("--quiet", options->quiet, "no warnings");
+  define_gltf_options(command, options->gltf);
   command.example("tessera convert scene.pbrt scene.textproto");
   command.example("tessera convert picture.exr picture.png");
   command.does([options](Interrupt&) {

@@ -14,6 +14,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
 #include "command/exit_code.h"
+#include "command/gltf_choice.h"
 #include "command/own_options.h"
 #include "command/read_option.h"
 #include "command/report/choice_text.h"
@@ -95,11 +96,13 @@ ImportOptions import_options(const RenderOptions& options) {
     const std::size_t equals = define.find('=');
     result.defines[define.substr(0, equals)] = define.substr(equals + 1);
   }
+  result.gltf = options.gltf;
   return result;
 }
 
 void define_render_options(options::Command& command, RenderOptions& options) {
-  command.add("SCENE", options.scene, "the scene: .pbrt, .xml (Mitsuba), .textproto or .tsb").required();
+  command.add("SCENE", options.scene, "the scene: .pbrt, .xml (Mitsuba), .gltf, .glb, .textproto or .tsb")
+      .required();
   command.group("Image");
   command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)")
       .type_name("FILE");
@@ -195,6 +198,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .type_name("NAME");
   command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME");
   define_own_options(command, job.own);
+  define_gltf_options(command, options.gltf);
 }
 
 absl::Status check_stats(const RenderOptions& options) {

@@ -12,6 +12,7 @@
 #include "command/jobs/auto_choice.h"
 #include "command/jobs/job_settings.h"
 #include "command/report/output.h"
+#include "import/gltf/gltf_options.h"
 #include "import/import.h"
 
 namespace tessera::client {
@@ -29,7 +30,8 @@ struct RenderOptions {
   std::string scene;   // the file
   std::string output;  // .exr or .png
   JobSettings job;
-  std::vector<std::string> defines;                 // NAME=VALUE
+  std::vector<std::string> defines;  // NAME=VALUE
+  GltfOptions gltf = {};
   std::optional<v1::ImplicitSurface::Roots> roots;  // of all implicit surfaces; none: as the scene says
   int threads = 0;                                  // of this process
   ExrFormat exr;

@@ -1,5 +1,7 @@
 #include "import/import.h"
 
+#include "import/assimp/import_assimp.h"
+#include "import/gltf/import_gltf.h"
 #include "import/input/concat.h"
 #include "import/input/diagnostics.h"
 #include "import/mitsuba/import_mitsuba.h"
@@ -20,6 +22,14 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
     scene = pbrt::import_pbrt(path, options.threads);
   } else if (name.ends_with(".xml")) {
     scene = mitsuba::import_mitsuba(path, options.defines, options.threads);
+  } else if (name.ends_with(".gltf") || name.ends_with(".glb")) {
+    scene = gltf::import_gltf(path, options.gltf);
+  } else if (name.ends_with(".obj") || name.ends_with(".stl") || name.ends_with(".fbx") ||
+             name.ends_with(".dae")) {
+    scene = assimp::import_assimp(path, options.gltf);
+  } else if (name.ends_with(".usd") || name.ends_with(".usda") || name.ends_with(".usdc") ||
+             name.ends_with(".usdz")) {
+    return absl::UnimplementedError(concat(path.string(), ": OpenUSD is not read yet; glTF is"));
   } else if (name.ends_with(".textproto") || name.ends_with(".pbtxt")) {
     scene = tessera_scene::read_text_scene(path);
   } else if (name.ends_with(".tsb")) {
@@ -27,7 +37,8 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   } else {
     return absl::UnimplementedError(
         concat(path.string(),
-               ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
+               ": unknown kind of scene file; expected .pbrt, .pbrt.gz, .xml, .gltf, .glb, .obj, .stl, "
+               ".fbx, .dae, .textproto, .pbtxt or .tsb"));
   }
   if (!scene.ok()) return scene;
   // Products may be unsound though each factor is sound.

@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "import/gltf/gltf_options.h"
 #include "import/input/imported_scene.h"
 
 namespace tessera::client {
@@ -15,12 +16,15 @@ namespace tessera::client {
 struct ImportOptions {
   int threads = 0;                             // for reading meshes; 0: one a core
   std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
+  GltfOptions gltf = {};
 };
 
-/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .xml (Mitsuba 3), .textproto, .pbtxt
-/// (a Scene in text form), .tsb (a serialized Scene).
+/// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .xml (Mitsuba 3), .gltf, .glb
+/// (glTF 2.0), .obj, .stl, .fbx, .dae (by Assimp, where its module is), .textproto, .pbtxt (a Scene in text
+/// form), .tsb (a serialized Scene).
 ///
-/// InvalidArgument lists what is wrong as "file:line:column: message", one a line, several at once. NotFound
+/// InvalidArgument lists what is wrong as "file:line:column: message", one a line, several at once (of glTF
+/// "file: /json/pointer: message"). NotFound
 /// when there is no such file; Unimplemented for another ending. What the importer cannot express becomes a
 /// warning of the result, which says what is done instead.
 absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path,

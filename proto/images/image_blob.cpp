@@ -23,13 +23,15 @@ struct Format {
 /// Null when it is none that we read.
 const Format* detect_format(std::string_view bytes, const std::string& name) {
   static constexpr Format kPng{"png", read_png}, kJpeg{"jpeg", read_jpeg}, kExr{"openexr", read_exr},
-      kHdr{"hdr"}, kTiff{"tiff"}, kBmp{"bmp"}, kPfm{"pnm", read_pfm}, kPnm{"pnm"}, kTga{"targa", read_tga};
+      kHdr{"hdr"}, kTiff{"tiff"}, kBmp{"bmp"}, kPfm{"pnm", read_pfm}, kPnm{"pnm"}, kTga{"targa", read_tga},
+      kWebp{"webp"};
   const auto starts = [&](std::string_view mark) { return bytes.starts_with(mark); };
   if (starts("\x89PNG\r\n\x1a\n")) return &kPng;
   if (starts("\xff\xd8\xff")) return &kJpeg;
   if (starts("\x76\x2f\x31\x01")) return &kExr;
   if (starts("#?RADIANCE") || starts("#?RGBE")) return &kHdr;
   if (starts(std::string_view("II*\0", 4)) || starts(std::string_view("MM\0*", 4))) return &kTiff;
+  if (starts("RIFF") && bytes.substr(0, 12).ends_with("WEBP")) return &kWebp;
   if (starts("BM")) return &kBmp;
   if (starts("PF") || starts("Pf")) return &kPfm;
   if (bytes.size() > 2 && bytes[0] == 'P' && bytes[1] >= '1' && bytes[1] <= '6') return &kPnm;
@@ -46,7 +48,7 @@ absl::StatusOr<const Format*> format_of(std::string_view blob, const std::string
                    "than 256 MB, or the header has no end");
   }
   if (format != nullptr) return format;
-  return invalid(name, "it is none of PNG, JPEG, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
+  return invalid(name, "it is none of PNG, JPEG, WebP, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
 }
 
 /// Found by the program's run path, as kernels are. Never closed: its libraries have threads of their own.

@@ -26,9 +26,10 @@ struct ImagePixels {
   std::vector<float> floats;         // of all others; integers are divided by the largest of their type
 };
 
-/// Decodes a PNG, JPEG, TGA, BMP, EXR, HDR, PFM, PNM or TIFF file. The format is told by the bytes, for TGA
-/// (which has no mark) by the extension of `name`, which otherwise serves only for messages. InvalidArgument
-/// names the file and what is wrong with it; ResourceExhausted for more than `max_pixels`. Thread-safe.
+/// Decodes a PNG, JPEG, WebP, TGA, BMP, EXR, HDR, PFM, PNM or TIFF file. The format is told by the bytes, for
+/// TGA (which has no mark) by the extension of `name`, which otherwise serves only for messages.
+/// InvalidArgument names the file and what is wrong with it; ResourceExhausted for more than `max_pixels`.
+/// Thread-safe.
 absl::StatusOr<ImagePixels> decode_image(std::string_view blob, const std::string& name,
                                          std::uint64_t max_pixels = std::uint64_t{1} << 28);
 

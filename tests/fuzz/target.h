@@ -19,7 +19,7 @@ struct Target {
 // ---- client/image
 extern const Target kExr;
 // ---- client/import
-extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kTextScene;
+extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene;
 // ---- proto/wire, proto/images, proto/layers, proto/expression
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression;
 // ---- server

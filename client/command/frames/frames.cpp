@@ -135,6 +135,8 @@ RenderOptions options_of_frame(const RenderOptions& all, std::int64_t frame) {
   one.output = path_of_frame(all.output, frame);
   one.stats = path_of_frame(all.stats, frame);
   for (std::string& define : one.defines) define = text_of_frame(define, frame);
+  const Rational rate = all.frames.rate.value_or(Rational{});
+  one.gltf.time = all.gltf.time.value_or(0) + static_cast<double>(frame) * rate.denominator / rate.numerator;
   if (!all.checkpoint.empty()) one.checkpoint = absl::StrCat(all.checkpoint, "/", frame);
   return one;
 }

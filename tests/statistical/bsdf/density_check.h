@@ -36,6 +36,15 @@ inline std::optional<HalfVectorMap> map_of(const BsdfCase& bsdf, const Direction
                                                     : HalfVectorMap::Transmission::kMirrors,
                            wo);
     }
+    case kGltf: {
+      // Whatever way the anisotropy is turned.
+      const double alpha2 = bsdf.scalar(0) * bsdf.scalar(0), strength = bsdf.scalar(1) * bsdf.scalar(1);
+      const double mean = std::max(std::sqrt(alpha2 * (alpha2 + (1 - alpha2) * strength)), kSmallest);
+      return HalfVectorMap(mean, mean, bsdf.scalar(2),
+                           (bsdf.flags & render::kHasInside) != 0 ? HalfVectorMap::Transmission::kRefracts
+                                                                  : HalfVectorMap::Transmission::kMirrors,
+                           wo);
+    }
     default:
       return std::nullopt;
   }

@@ -14,6 +14,7 @@
 #include "render/bsdf/bsdf.h"
 #include "render/bsdf/tables/balance_table.h"
 #include "render/bsdf/tables/coat_table.h"
+#include "render/bsdf/tables/layer_table.h"
 #include "render/bsdf/tables/plastic_table.h"
 
 namespace tessera::test {
@@ -107,6 +108,7 @@ class BsdfCase {
            kind == render::BsdfKind::kDielectric ? scalars_[2] : 0},
           table_);
     }
+    if (kind == render::BsdfKind::kGltf) render::append_layer_table(table_);
     if (kind == render::BsdfKind::kPlastic) {
       const double alpha = scalars_[0] < 1e-3f ? 0 : scalars_[0];
       render::append_plastic_table(scalars_[2], {alpha, beckmann, separable}, table_);
@@ -117,6 +119,8 @@ class BsdfCase {
   render::BsdfKind kind;
   std::int32_t flags;  // render::MaterialFlags
   kernel::Transport transport = kernel::Transport::kRadiance;
+  Color extended_color{0.9f, 0.5f,
+                       0.2f};  // tint of conductors with kTinted; sheen of glTF, and its light behind
 
   float scalar(int i) const { return scalars_[static_cast<std::size_t>(i)]; }
 
@@ -129,7 +133,8 @@ class BsdfCase {
     params.flags = kernel::Int(flags);
     params.some_flags = flags;
     for (kernel::Spectrum& tint : params.extended_spectra) {
-      for (int c = 0; c < kernel::kSpectrumLanes; ++c) tint.c[c] = kTint[c % 3];
+      for (int c = 0; c < kernel::kSpectrumLanes; ++c)
+        tint.c[c] = extended_color[static_cast<std::size_t>(c % 3)];
     }
     for (int s = 0; s < render::kExtendedScalars; ++s)
       params.extended[s] = extended_[static_cast<std::size_t>(s)];
@@ -205,8 +210,6 @@ class BsdfCase {
     });
     return result;
   }
-
-  static constexpr Color kTint{0.9f, 0.5f, 0.2f};  // of conductors with kTinted
 
   std::array<float, 3> spectra_[render::kMaterialSpectra];
   std::vector<float> scalars_, extended_;
@@ -294,6 +297,24 @@ inline BsdfCase principled(const std::string& what, const PrincipledParameters& 
           {p.metallic, p.spec_trans, p.spec_tint, p.sheen, p.sheen_tint, p.flatness, p.clearcoat,
            p.clearcoat_gloss, p.diff_trans}};
 }
+struct GltfParameters {
+  float roughness = 0.5f, anisotropic = 0, eta = 1.5f;
+  float metallic = 0, transmission = 0, specular = 1, coat = 0, coat_roughness = 0, sheen_roughness = 0,
+        rotation = 0, behind = 0;
+  bool volume = false;
+  BsdfCase::Color base{0.8f, 0.5f, 0.2f}, specular_color{1, 1, 1};
+};
+/// With the sheen and the colour behind that all cases have.
+inline BsdfCase gltf(const std::string& what, const GltfParameters& p) {
+  return {"glTF " + what,
+          render::BsdfKind::kGltf,
+          p.base,
+          p.specular_color,
+          {p.roughness, p.anisotropic, p.eta},
+          (p.volume ? render::kHasInside : 0) | (p.anisotropic > 0 ? render::kAnisotropic : 0),
+          {p.metallic, p.transmission, p.specular, p.coat, p.coat_roughness, p.sheen_roughness, p.rotation,
+           p.behind}};
+}
 inline BsdfCase thin_dielectric(float eta) {
   return {"thin dielectric eta " + number(eta), render::BsdfKind::kThinDielectric, {}, {}, {0, 0, eta}};
 }
@@ -372,6 +393,26 @@ inline std::vector<BsdfCase> all_cases() {
   cases.push_back(principled("metal", {.roughness = 0.2f, .metallic = 1}));
   cases.push_back(principled("coat", {.clearcoat = 1, .clearcoat_gloss = 0}));
   cases.push_back(principled("leaf", {.diff_trans = 2}, true));
+  cases.push_back(gltf("plain", {}));
+  cases.push_back(gltf("smooth", {.roughness = 0.2f}));
+  cases.push_back(gltf("metal", {.roughness = 0.7f, .metallic = 1}));
+  cases.push_back(gltf("glass", {.roughness = 0.5f, .transmission = 1, .volume = true}));
+  cases.push_back(gltf("sheet", {.roughness = 0.5f, .transmission = 1}));
+  const GltfParameters layers{.roughness = 0.6f,
+                              .anisotropic = 0.4f,
+                              .metallic = 0.2f,
+                              .transmission = 0.4f,
+                              .specular = 0.8f,
+                              .coat = 0.8f,
+                              .coat_roughness = 0.4f,
+                              .sheen_roughness = 0.5f,
+                              .rotation = 0.7f,
+                              .behind = 0.4f,
+                              .specular_color = {1, 0.5f, 2}};
+  cases.push_back(gltf("all", layers));
+  GltfParameters solid = layers;
+  solid.volume = true;
+  cases.push_back(gltf("all of a volume", solid));
   for (const auto& [m, n] : {std::array{0.3f, 0.3f}, std::array{0.1f, 0.9f}, std::array{0.9f, 0.1f}}) {
     for (const float h : {0.0f, -0.7f, 0.99f}) cases.push_back(hair(m, n, h));
   }

@@ -167,7 +167,8 @@ TEST_F(PbrtErrors, OtherFormatsAreRefusedByName) {
   const absl::Status status = import_scene(write("a.blend", "")).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kUnimplemented);
   EXPECT_THAT(std::string(status.message()),
-              HasSubstr("expected .pbrt, .pbrt.gz, .xml, .textproto, .pbtxt or .tsb"));
+              HasSubstr("expected .pbrt, .pbrt.gz, .xml, .gltf, .glb, .obj, .stl, .fbx, .dae, .textproto, "
+                        ".pbtxt or .tsb"));
 }
 
 }  // namespace

@@ -23,6 +23,7 @@ enum class BsdfKind : std::int32_t {
   kPrincipled,
   kPrincipledThin,
   kPhong,
+  kGltf,
   kMix,  // resolved into its two parts before any BSDF is asked
   kCount
 };
@@ -48,8 +49,8 @@ enum MaterialFlags : std::int32_t {
   kSeparableMasking = 1 << 11,  // masking and shadowing multiply instead of being correlated by height
   kTinted = 1 << 12,            // the tints among the slots are not all 1
   kNonlinear = 1 << 13,         // PlasticMaterial::nonlinear
-  kHasInside = 1 << 14,         // kPrincipled: light gets through, so that below the surface is not as above
-  kHairReflectance = 1 << 16,   // kHair: spectra[0] is the colour of much hair, not its absorption
+  kHasInside = 1 << 14,  // kPrincipled, kGltf: light gets through, so that below the surface is not as above
+  kHairReflectance = 1 << 16,  // kHair: spectra[0] is the colour of much hair, not its absorption
   // The two sides.
   kOneSided = 1 << 17,  // black when seen from behind
   kHasBack = 1 << 18,   // MaterialRecord::back is what is seen from behind
@@ -115,7 +116,8 @@ struct ExtendedRecord {
 struct MaterialTable {
   std::vector<MaterialRecord> materials;
   std::vector<ExtendedRecord> extended;
-  // Energies of rough boundaries; layouts in bsdf/tables: coat_table.h, plastic_table.h, balance_table.h.
+  // Energies of rough boundaries; layouts in bsdf/tables: coat_table.h, plastic_table.h, balance_table.h,
+  // layer_table.h.
   std::vector<float> coat_tables;
   std::vector<std::int32_t> coat_offsets;  // of those of bsdf/tables/coat_table.h
 };

@@ -23,6 +23,7 @@ const Bsdf* models[kMostModels] = {&interface_bsdf(),
                                    &principled_bsdf(),
                                    &principled_thin_bsdf(),
                                    &phong_bsdf(),
+                                   &gltf_bsdf(),
                                    nullptr};
 std::size_t model_count = static_cast<std::size_t>(BsdfKind::kCount);
 

@@ -18,5 +18,6 @@ const Bsdf& hair_bsdf();
 const Bsdf& principled_bsdf();
 const Bsdf& principled_thin_bsdf();
 const Bsdf& phong_bsdf();
+const Bsdf& gltf_bsdf();
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -30,6 +30,11 @@ inline constexpr int kBaseAlphaX = 0, kBaseAlphaY = 1, kThickness = 2;  // coate
 inline constexpr int kTilt = 0, kFibreOffset = 1;                       // hair
 inline constexpr int kMetallic = 0, kSpecTrans = 1, kSpecTint = 2, kSheen = 3, kSheenTint = 4, kFlatness = 5,
                      kClearcoat = 6, kClearcoatGloss = 7, kDiffTrans = 8;  // principled
+// glTF, which has roughness, anisotropic and eta where principled has them, and these in its place; with
+// kSpecularColor among the spectra, kSheenColor and kBehindColor among the extended ones
+inline constexpr int kSpecularColor = 1, kSheenColor = 0, kBehindColor = 1;
+inline constexpr int kTransmission = 1, kSpecular = 2, kCoat = 3, kCoatRoughness = 4, kSheenRoughness = 5,
+                     kRotation = 6, kBehind = 7;
 
 /// Largest exponent of Phong's and Blinn's lobes: sharper ones have no digits left in single precision.
 inline constexpr float kMostPhongExponent = 1e4f;

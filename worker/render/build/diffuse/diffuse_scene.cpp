@@ -45,7 +45,9 @@ SpectrumSlot diffuse_part(const MaterialTable& table, const MaterialRecord& reco
     case BsdfKind::kDiffuseTransmission:
       return base;
     case BsdfKind::kPrincipled:
-    case BsdfKind::kPrincipledThin: {
+    case BsdfKind::kPrincipledThin:
+    case BsdfKind::kGltf: {
+      static_assert(slot::kTransmission == slot::kSpecTrans);
       const ExtendedRecord& more = table.extended[static_cast<std::size_t>(record.extended)];
       const float share =
           (1 - more.scalars[slot::kMetallic].value) * (1 - more.scalars[slot::kSpecTrans].value);

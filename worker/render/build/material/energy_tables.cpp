@@ -1,6 +1,7 @@
 #include "render/build/material/energy_tables.h"
 
 #include "render/bsdf/tables/coat_table.h"
+#include "render/bsdf/tables/layer_table.h"
 #include "render/bsdf/tables/plastic_table.h"
 
 namespace tessera::render {
@@ -20,6 +21,11 @@ std::int32_t EnergyTables::balance(const BalancedFacets& facets) {
   const auto [offset, added] = balance_.try_emplace(facets, 0);
   if (added) offset->second = append_balance_table(facets, table_);
   return offset->second;
+}
+
+std::int32_t EnergyTables::layers() {
+  if (layers_ < 0) layers_ = append_layer_table(table_);
+  return layers_;
 }
 
 }  // namespace tessera::render

@@ -19,11 +19,13 @@ class EnergyTables {
   std::int32_t coat(float eta, float thickness);
   std::int32_t plastic(float eta, const BoundaryFacets& facets);
   std::int32_t balance(const BalancedFacets& facets);
+  std::int32_t layers();
 
  private:
   MaterialTable& table_;
   std::map<std::tuple<float, double, bool, bool>, std::int32_t> plastic_;
   std::map<BalancedFacets, std::int32_t> balance_;
+  std::int32_t layers_ = -1;
 };
 
 }  // namespace tessera::render

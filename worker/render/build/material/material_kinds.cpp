@@ -32,8 +32,6 @@ bool is_smooth(const MaterialRecord& record) {
 /// The index with which a dielectric has the normal reflectance 0.08 * specular [Burley 2012].
 float eta_from_specular(float specular) { return 2 / (1 - std::sqrt(0.08f * specular)) - 1; }
 
-bool is_zero(const ScalarSlot& slot) { return slot.texture < 0 && slot.value == 0; }
-
 absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.flags |= kUsesSecondSpectrum;
@@ -337,6 +335,8 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots) {
       return set_diffuse_transmission(material.diffuse_transmission(), slots);
     case v1::Material::kPhong:
       return set_phong(material.phong(), slots);
+    case v1::Material::kGltf:
+      return set_gltf(material.gltf(), slots);
     case v1::Material::kInterface:
       record.kind = BsdfKind::kInterface;
       record.flags |= kAllDelta | kPassesStraight;

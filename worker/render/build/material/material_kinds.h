@@ -10,4 +10,7 @@ namespace tessera::render {
 /// Fills the record of a material of any kind but a mix, which is made of other materials.
 absl::Status set_kind(const v1::Material& material, MaterialSlots& slots);
 
+/// That of glTF's layers.
+absl::Status set_gltf(const v1::GltfMaterial& gltf, MaterialSlots& slots);
+
 }  // namespace tessera::render
