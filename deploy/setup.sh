@@ -24,6 +24,8 @@ libraries=(
   libembree-dev libtbb-dev libhwy-dev libopenexr-dev libimath-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files
   libpugixml-dev libdraco-dev libmeshoptimizer-dev libassimp-dev
+  # configuration
+  libtomlplusplus-dev
 )
 # faketime and iproute2 for clocks that jump and networks that lose packets
 test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libgmp-dev libfaketime iproute2)

@@ -6,8 +6,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/cpu_time.h"
 #include "image/assemble.h"
 #include "image/flip.h"
+#include "wire/algorithm.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::client {
@@ -60,6 +62,15 @@ absl::Status measure_ceilings(std::span<const BenchVariant> variants, const Benc
   return absl::OkStatus();
 }
 
+/// CPU seconds of it.
+absl::StatusOr<double> denoise(const DenoiseOptions& options, std::uint32_t spp, Image& image) {
+  const std::chrono::nanoseconds start = base::process_cpu_time();
+  image.metadata["tessera.spp"] = static_cast<std::int32_t>(spp);
+  if (const absl::StatusOr<DenoiseReport> done = denoise_image(options, image); !done.ok())
+    return done.status();
+  return base::in_seconds(base::process_cpu_time() - start);
+}
+
 /// All seeds of one sample count.
 absl::Status measure_count(std::span<const BenchVariant> variants, const BenchReference& reference,
                            const BenchPlan& plan, std::uint32_t spp,
@@ -74,9 +85,13 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
     absl::StatusOr<std::vector<BenchRender>> renders = render_in_turn(scenes, spp, seed, plan.threads, stop);
     if (!renders.ok()) return renders.status();
     for (std::size_t v = 0; v < variants.size(); ++v) {
-      const absl::StatusOr<Image> image =
-          assemble_image(variants[v].spec, spp, std::move((*renders)[v].tiles));
+      absl::StatusOr<Image> image = assemble_image(variants[v].spec, spp, std::move((*renders)[v].tiles));
       if (!image.ok()) return image.status();
+      if (variants[v].denoise) {
+        const absl::StatusOr<double> seconds = denoise(*variants[v].denoise, spp, *image);
+        if (!seconds.ok()) return seconds.status();
+        (*renders)[v].cost.cpu_seconds += *seconds;
+      }
       absl::StatusOr<BenchRun> run = judge(reference.image, *image, (*renders)[v].cost, spp, seed);
       if (!run.ok()) return run.status();
       results[v].runs.push_back(*std::move(run));
@@ -113,6 +128,10 @@ absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp,
   return std::move(assembly->image);
 }
 
+std::string kind_of(const BenchVariantResult& variant) {
+  return variant.denoised ? "biased" : wire::kind_of(variant.spec.content().algorithms().integrator());
+}
+
 absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
     std::span<const BenchVariant> variants, const BenchReference& reference, const BenchPlan& plan,
     const std::function<void(const std::string&)>& progress, std::stop_token stop) {
@@ -133,7 +152,8 @@ absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(
                        .runs = {},
                        .biases = {},
                        .ceiling = {},
-                       .structure = variant.scene->structure()});
+                       .structure = variant.scene->structure(),
+                       .denoised = variant.denoise.has_value()});
   }
   for (const std::uint32_t spp : plan.spp) {
     if (auto s = measure_count(variants, reference, plan, spp, progress, stop, results); !s.ok()) return s;

@@ -14,6 +14,7 @@
 #include "bench/bias.h"
 #include "bench/process.h"
 #include "bench/reference.h"
+#include "denoise/denoise.h"
 #include "image/metrics.h"
 #include "local/bench_scene.h"
 #include "tessera/v1/job.pb.h"
@@ -26,6 +27,7 @@ struct BenchVariant {
   v1::JobSpec spec;
   std::unique_ptr<BenchScene> scene;
   double import_cpu_seconds = 0;
+  std::optional<DenoiseOptions> denoise = {};  // of each image; its CPU time is part of the image's
 };
 
 /// One image. Errors are against the reference as it is, noise included.
@@ -55,7 +57,11 @@ struct BenchVariantResult {
   std::vector<BenchBias> biases;
   BenchCeiling ceiling;                     // the one of median share
   std::map<std::string, double> structure;  // BenchScene::structure
+  bool denoised = false;
 };
+
+/// "unbiased" ...: the integrator's kind (wire/algorithm.h), and "biased" where images were denoised.
+std::string kind_of(const BenchVariantResult& variant);
 
 /// A variant that was asked for and cannot be measured.
 struct BenchRefusal {

@@ -9,6 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "bench/measure.h"
+#include "denoise/denoise.h"
 #include "image/exr.h"
 #include "image/metrics.h"
 
@@ -51,6 +52,8 @@ ReferenceNoise merge_halves(Image& first, const Image& second) {
 absl::StatusOr<BenchReference> read_reference(const std::string& path) {
   absl::StatusOr<Image> image = read_exr(path);
   if (!image.ok()) return image.status();
+  if (is_denoised(*image))
+    return absl::InvalidArgumentError(absl::StrCat(path, ": a denoised picture is biased, and no reference"));
   const ReferenceNoise noise{number(*image, kMse), number(*image, kRelmse)};
   return BenchReference{*std::move(image), noise, path};
 }

@@ -9,7 +9,6 @@
 #include "absl/strings/str_join.h"
 #include "bench/analysis.h"
 #include "bench/whole.h"
-#include "wire/algorithm.h"
 #include "wire/enum_words.h"
 
 namespace tessera::client {
@@ -109,8 +108,7 @@ std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise
   BenchCost all;
   for (const BenchRun& run : variant.runs) all += run.cost;
   std::string text;
-  if (!variant.name.empty())
-    absl::StrAppend(&text, variant.name, ", ", wire::kind_of(integrator_of(variant.spec)), "\n");
+  if (!variant.name.empty()) absl::StrAppend(&text, variant.name, ", ", kind_of(variant), "\n");
   absl::StrAppend(&text, runs_table(variant, noise), bias_table(variant));
   if (const std::optional<Slope> slope = slope_of(variant, noise)) {
     absl::StrAppendFormat(&text, "  slope of MSE over time  %.3f", slope->value);
@@ -166,7 +164,7 @@ std::string to_text(const BenchSceneResult& scene) {
   const v1::PixelRect& crop = spec.cut().crop();
   std::string text = absl::StrFormat(
       "%s  %dx%d pixels, %s (%s), depth %d, %s, %s\nreference: %s", scene.name, crop.x1() - crop.x0(),
-      crop.y1() - crop.y0(), integrator_of(spec), wire::kind_of(integrator_of(spec)), spec.view().max_depth(),
+      crop.y1() - crop.y0(), integrator_of(spec), kind_of(scene.variants.front()), spec.view().max_depth(),
       wire::word_of(spec.view().sampler()), spec.farm().isa(), scene.reference);
   if (scene.noise.mse > 0) {
     absl::StrAppendFormat(&text, "; its own MSE %.3g, relMSE %.3g taken off MSE and relMSE", scene.noise.mse,

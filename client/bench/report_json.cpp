@@ -2,7 +2,6 @@
 
 #include "bench/analysis.h"
 #include "bench/report.h"
-#include "wire/algorithm.h"
 #include "wire/enum_words.h"
 #include "wire/version.h"
 
@@ -38,7 +37,7 @@ Json json_of(const BenchRun& run, const ReferenceNoise& noise) {
 Json json_of(const BenchVariantResult& variant, const ReferenceNoise& noise) {
   Json json{{"name", variant.name},
             {"integrator", variant.spec.content().algorithms().integrator()},
-            {"integrator_kind", wire::kind_of(variant.spec.content().algorithms().integrator())},
+            {"integrator_kind", kind_of(variant)},
             {"sampler", wire::word_of(variant.spec.view().sampler())},
             {"isa", variant.spec.farm().isa()},
             {"import_cpu_seconds", variant.import_cpu_seconds},

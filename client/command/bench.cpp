@@ -19,6 +19,7 @@
 #include "command/bench_sides.h"
 #include "command/bench_variants.h"
 #include "command/command.h"
+#include "command/denoise_result.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
 #include "command/render_options.h"
@@ -106,6 +107,7 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
     }
   }
   loaded.variant = {name, spec, *std::move(scene), loaded.job->import_cpu_seconds};
+  if (options.job.denoise) loaded.variant.denoise = denoise_options(*options.job.denoise, options.threads);
   return std::nullopt;
 }
 

@@ -3,6 +3,7 @@
 #include <exception>
 #include <utility>
 
+#include "command/desk/config_file.h"
 #include "command/exit_code.h"
 #include "wire/version.h"
 
@@ -16,8 +17,18 @@ CommandLine::CommandLine(Interrupt& interrupt)
     : program_(
           "tessera", "Renders scenes, in this process or on a farm of workers.", wire::build_version(),
           "Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or refused, 5 job failed, 6 incomplete, "
-          "7 image with marked holes (tessera retry), 130 interrupted."),
-      interrupt_(&interrupt) {}
+          "7 image with marked holes (tessera retry), 8 doctor found a fault, 130 interrupted."),
+      interrupt_(&interrupt) {
+  program_.take_defaults_from(
+      [](const std::string& command) -> absl::StatusOr<std::vector<options::FileValue>> {
+        // These mend the file, or say what is wrong with it.
+        if (command == "config" || command == "doctor" || command == "init")
+          return std::vector<options::FileValue>{};
+        const absl::StatusOr<std::vector<ConfigValue>> config = read_config(config_path());
+        if (!config.ok()) return config.status();
+        return values_for(command, *config);
+      });
+}
 
 Command CommandLine::add_command(const char* name, const char* description) {
   return Command{program_.add_command(name, description), *interrupt_};

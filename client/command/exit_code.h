@@ -16,6 +16,7 @@ enum ExitCode : int {
   kIncomplete = 6,    // the image lacks samples, or could not be written
   kHoles = 7,         // the image was written, with holes where units were set aside
   kFramesFailed = 8,  // of an animation, some frames have no whole image
+  kUnwell = 9,        // doctor found something that has to be mended
   kInterrupted = 130
 };
 

@@ -24,7 +24,11 @@ int main(int argc, char** argv) {
   for (const auto add : {add_workers_command, add_trust_command, add_token_command, add_expel_command})
     add(line);
   line.group("Files and measurement");
-  for (const auto add : {add_convert_command, add_compare_command, add_bench_command, add_query_command})
+  for (const auto add : {add_convert_command, add_denoise_command, add_compare_command, add_bench_command,
+                         add_query_command}) {
     add(line);
+  }
+  line.group("Setting up");
+  for (const auto add : {add_init_command, add_config_command, add_doctor_command}) add(line);
   return line.run(argc, argv);
 }

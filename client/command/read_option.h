@@ -33,7 +33,9 @@ options::Option add_word(options::Command& command, const char* name, Enum& valu
     if (known.ok()) value = *known;
     return known.status();
   };
-  return command.add_read_by(name, read, description).type_name("NAME");
+  return command.add_read_by(name, read, description)
+      .type_name("NAME")
+      .completing(wire::words_of(*google::protobuf::GetEnumDescriptor<Enum>()));
 }
 
 }  // namespace tessera::client

@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
 #include "command/command.h"
+#include "command/denoise_result.h"
 #include "command/exit_code.h"
 #include "command/frames/frames.h"
 #include "command/interrupt.h"
@@ -158,6 +159,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   if (followed->image) loaded->describe(options, *followed->image);
+  denoise_result(options, spec, *followed);
   exit_code = deliver(*followed, spec, options.output, options.exr, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
   if (followed->image && !followed->rows && !followed->written && options.checkpoint.empty())

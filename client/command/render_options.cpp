@@ -138,6 +138,17 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_word(command, "--reconstruction", job.reconstruction,
            "pixels that a sample goes into: sample (one), scatter (all whose filters reach it), or auto "
            "(scatter where the filter gains by it)");
+  const auto read_denoise = [&denoise = job.denoise](const std::string& word) {
+    const absl::StatusOr<std::optional<DenoiseMethod>> method = parse_denoise_method(word);
+    if (method.ok()) denoise = *method;
+    return method.status();
+  };
+  command
+      .add_read_by("--denoise", read_denoise,
+                   "take noise out of the picture, which is biased then (the raw one is kept as layer raw): "
+                   "regression, statistical, oidn or off (docs/denoising.md)")
+      .type_name("NAME")
+      .completing({"regression", "statistical", "oidn", "off"});
   add_word(command, "--texture-filter", job.texture_filter,
            "of image textures that name none: bilinear (at full resolution), trilinear or ewa");
   command
@@ -164,7 +175,8 @@ void define_job_options(options::Command& command, RenderOptions& options) {
       .add_list_read_by(
           "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
           "further channels: variance, albedo, normal, depth, samples, alpha, id, visits, position, "
-          "camera-normal, uv, motion, material-id, crypto-object, crypto-material, crypto-asset; layers: "
+          "camera-normal, uv, motion, material-id, crypto-object, crypto-material, crypto-asset, halves; "
+          "layers: "
           "bounce0..bounceN, lights, emission, shadow, strategies, unweighted-strategies")
       .separated_by_commas()
       .type_name("NAME,...");

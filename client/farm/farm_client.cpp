@@ -155,11 +155,15 @@ absl::StatusOr<v1::ExpelResponse> FarmClient::expel(const v1::ExpelRequest& requ
   });
 }
 
-absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
-  auto response = contact_.retried(stop, [&] {
+absl::StatusOr<v1::ListWorkersResponse> FarmClient::members(std::stop_token stop) {
+  return contact_.retried(stop, [&] {
     return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{},
                                  "ListWorkers", contact_.address(), kCallTimeout, stop);
   });
+}
+
+absl::StatusOr<std::vector<v1::WorkerStatus>> FarmClient::workers(std::stop_token stop) {
+  const absl::StatusOr<v1::ListWorkersResponse> response = members(std::move(stop));
   if (!response.ok()) return response.status();
   return std::vector<v1::WorkerStatus>{response->workers().begin(), response->workers().end()};
 }

@@ -77,6 +77,8 @@ class FarmClient final : public JobCalls {
   /// of that name ever called.
   absl::StatusOr<v1::ExpelResponse> expel(const v1::ExpelRequest& request, std::stop_token stop);
   absl::StatusOr<std::vector<v1::WorkerStatus>> workers(std::stop_token stop);
+  /// The same, with what the coordinator says of itself.
+  absl::StatusOr<v1::ListWorkersResponse> members(std::stop_token stop);
 
   /// Over any number of breaks of the connection and restarts of the coordinator.
   absl::StatusOr<v1::JobStatus> watch(const std::string& job_id, const WatchHandlers& handlers,

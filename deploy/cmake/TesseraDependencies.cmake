@@ -25,6 +25,8 @@ find_package(pugixml CONFIG REQUIRED)
 find_package(assimp CONFIG REQUIRED)
 find_package(meshoptimizer CONFIG REQUIRED)
 pkg_check_modules(draco REQUIRED IMPORTED_TARGET draco)
+# Headers alone: Debian's library of it is compiled with exceptions.
+find_path(TESSERA_TOML toml++/toml.h REQUIRED)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)
 find_package(SQLiteCpp CONFIG REQUIRED)
 find_package(hwy CONFIG REQUIRED)

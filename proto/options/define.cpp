@@ -113,6 +113,11 @@ Option Option::one_of(std::vector<std::string> names) {
   return *this;
 }
 
+Option Option::completing(std::vector<std::string> words) {
+  spec_->completions = std::move(words);
+  return *this;
+}
+
 Option Option::listing(std::vector<Choice> choices) {
   spec_->listed = std::move(choices);
   return *this;

@@ -14,7 +14,17 @@ constexpr std::size_t kColumns = 80;
 constexpr std::size_t kRight = 28;  // where the right column begins
 constexpr double kFarBound = 1e6;   // nobody comes near such a bound
 
-/// "-o, --output FILE".
+/// An option in two columns, and its choices with their meanings.
+std::string lines_of(const OptionSpec& option) {
+  std::string lines = help_line(left_of(option), right_of(option), kRight);
+  for (const Choice& choice : option.listed) {
+    absl::StrAppend(&lines, help_line(absl::StrCat("        ", choice.name), choice.meaning, kRight));
+  }
+  return lines;
+}
+
+}  // namespace
+
 std::string left_of(const OptionSpec& option) {
   std::string left = absl::StrJoin(option.names, ", ");
   if (option.is_argument()) return option.list ? left + "..." : left;
@@ -23,7 +33,6 @@ std::string left_of(const OptionSpec& option) {
   return option.is_flag() ? left : absl::StrCat(left, " ", option.value_name);
 }
 
-/// "samples a pixel (1 to 16777216; default: 16)".
 std::string right_of(const OptionSpec& option) {
   std::vector<std::string> remarks;
   if (const auto& names = option.choices;
@@ -38,17 +47,6 @@ std::string right_of(const OptionSpec& option) {
   return absl::StrCat(option.description, option.description.empty() ? "(" : " (",
                       absl::StrJoin(remarks, "; "), ")");
 }
-
-/// An option in two columns, and its choices with their meanings.
-std::string lines_of(const OptionSpec& option) {
-  std::string lines = help_line(left_of(option), right_of(option), kRight);
-  for (const Choice& choice : option.listed) {
-    absl::StrAppend(&lines, help_line(absl::StrCat("        ", choice.name), choice.meaning, kRight));
-  }
-  return lines;
-}
-
-}  // namespace
 
 std::string wrapped(std::string_view text, std::size_t indent) {
   std::string result;

@@ -187,6 +187,30 @@ OptionSpec* CommandSpec::find(std::string_view name) const {
   return nullptr;
 }
 
+absl::Status take_default(CommandSpec& command, const FileValue& value) {
+  const auto fault = [&](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat(value.place, ": ", what));
+  };
+  OptionSpec* const spec = command.find(value.option);
+  if (spec == nullptr || spec->is_argument()) {
+    if (!value.expected) return absl::OkStatus();
+    std::vector<std::string> names;
+    for (const auto& option : command.options) names.push_back(option->name());
+    return fault(absl::StrCat(command.path, " has no option '", value.option, "'",
+                              base::did_you_mean(value.option, names)));
+  }
+  if (spec->is_flag() && value.text != "true" && value.text != "false")
+    return fault(absl::StrCat(spec->name(), " is true or false"));
+  if (spec->is_flag() && value.text == "false") return absl::OkStatus();
+  try {
+    take(*spec, {spec->is_flag() ? "" : value.text});
+  } catch (const CLI::ParseError& error) {
+    return fault(error.what());
+  }
+  spec->given.clear();  // not by the command line
+  return absl::OkStatus();
+}
+
 absl::Status parse_words(CommandSpec& command, const std::vector<std::string>& words) {
   return Parser{command, words}.run();
 }

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/nearest_name.h"
+#include "options/parts.h"
 #include "options/spec.h"
 
 namespace tessera::options {
@@ -18,22 +19,25 @@ bool asks_for_help(const std::string& word) { return word == "--help" || word ==
 
 }  // namespace
 
-struct Program::Parts {
-  std::string version, footer;
-  std::string group = "Commands";
-  CommandSpec root;  // its options are used where there are no commands
-  std::vector<std::pair<std::string, std::unique_ptr<CommandSpec>>> commands;  // by name
-  CommandSpec* chosen = nullptr;
+std::string Program::Parts::usage() const {
+  return commands.empty() ? usage_of(root) : absl::StrCat(root.path, " COMMAND [options]");
+}
 
-  std::string usage() const {
-    return commands.empty() ? usage_of(root) : absl::StrCat(root.path, " COMMAND [options]");
+Outcome Program::Parts::wrong(const std::string& where, const std::string& what,
+                              const std::string& usage) const {
+  return {kWrongUsage, "",
+          absl::StrCat(where, ": ", what, "\nusage: ", usage, "   (more: ", where, " --help)\n")};
+}
+
+absl::Status Program::Parts::take_defaults(const std::string& name, CommandSpec& command) const {
+  if (!defaults) return absl::OkStatus();
+  const absl::StatusOr<std::vector<FileValue>> values = defaults(name);
+  if (!values.ok()) return values.status();
+  for (const FileValue& value : *values) {
+    if (absl::Status status = take_default(command, value); !status.ok()) return status;
   }
-  std::string help() const;
-  Outcome wrong(const std::string& where, const std::string& what, const std::string& usage) const {
-    return {kWrongUsage, "",
-            absl::StrCat(where, ": ", what, "\nusage: ", usage, "   (more: ", where, " --help)\n")};
-  }
-};
+  return absl::OkStatus();
+}
 
 std::string Program::Parts::help() const {
   if (commands.empty()) return help_of(root);
@@ -44,9 +48,11 @@ std::string Program::Parts::help() const {
       absl::StrAppend(&help, "\n", command->group, "\n");
     absl::StrAppend(&help, help_line(name, command->description, kColumn));
   }
-  absl::StrAppend(&help, "\n",
-                  help_line("COMMAND --help", "the options of a command, with an example", kColumn),
-                  help_line("--version", "the version", kColumn));
+  absl::StrAppend(
+      &help, "\n", help_line("COMMAND --help", "the options of a command, with an example", kColumn),
+      help_line("--completion SHELL", "a script for bash, zsh or fish that completes commands", kColumn),
+      help_line("--man [COMMAND]", "the manual page, for man -l -", kColumn),
+      help_line("--version", "the version", kColumn));
   if (!footer.empty()) absl::StrAppend(&help, "\n", wrapped(footer, 0), "\n");
   return help;
 }
@@ -62,6 +68,8 @@ Program::Program(const char* name, const char* description, const std::string& v
 Program::~Program() = default;
 
 Command Program::root() { return Command{parts_->root}; }
+
+void Program::take_defaults_from(DefaultsReader read) { parts_->defaults = std::move(read); }
 
 void Program::group(const char* heading) { parts_->group = heading; }
 
@@ -86,6 +94,8 @@ Outcome Program::parse_command(const std::string& name, const std::vector<std::s
   }
   CommandSpec& command = *found->second;
   if (std::ranges::any_of(rest, asks_for_help)) return {0, help_of(command), ""};
+  if (const absl::Status status = parts.take_defaults(name, command); !status.ok())
+    return parts.wrong(command.path, std::string{status.message()}, usage_of(command));
   if (const absl::Status status = parse_words(command, rest); !status.ok()) {
     return parts.wrong(command.path, std::string{status.message()}, usage_of(command));
   }
@@ -97,6 +107,12 @@ Outcome Program::parse(const std::vector<std::string>& words) {
   const Parts& parts = *parts_;
   const bool has_commands = !parts.commands.empty();
   if (!words.empty() && words[0] == "--version") return {0, parts.version + "\n", ""};
+  if (!words.empty() && (words[0] == "--completion" || words[0] == "--man")) {
+    const std::string about = words.size() > 1 ? words[1] : "";
+    const absl::StatusOr<std::string> text = words[0] == "--man" ? manual(about) : completion(about);
+    if (!text.ok()) return parts.wrong(parts.root.path, std::string{text.status().message()}, parts.usage());
+    return {0, *text, ""};
+  }
   if (has_commands) {
     if (words.empty()) return parts.wrong(parts.root.path, "a command is missing", parts.usage());
     const bool help = asks_for_help(words[0]) || words[0] == "help";

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 
 namespace tessera::options {
 
@@ -48,6 +49,8 @@ class Option {
   Option excludes(const Option& other);
   /// Refused without the other.
   Option needs(const Option& other);
+  /// Words that shells offer as the value; they are not checked.
+  Option completing(std::vector<std::string> words);
   /// Refuses texts with the fault that `check` returns; sound ones have an empty one.
   Option checked_by(std::function<std::string(const std::string&)> check);
 
@@ -104,6 +107,17 @@ struct Outcome {
   std::string out, err;          // to be printed
 };
 
+/// An option's value that a file of the user has: what the command line, or else a variable of the
+/// environment, says goes before it.
+struct FileValue {
+  std::string option;    // "--spp"
+  std::string text;      // of a flag "true" or "false"
+  std::string place;     // "config.toml:3"
+  bool expected = true;  // an error where the command has no such option
+};
+/// Reads the values for a command. Its error is the user's.
+using DefaultsReader = std::function<absl::StatusOr<std::vector<FileValue>>(const std::string& command)>;
+
 class Program {
  public:
   /// `footer` is shown under the list of commands.
@@ -115,6 +129,16 @@ class Program {
   /// The heading of --help under which the commands are listed that follow.
   void group(const char* heading);
   Command add_command(const char* name, const char* description);
+
+  /// Commands have these values where nothing else gives them.
+  void take_defaults_from(DefaultsReader read);
+
+  /// A script with which a shell ("bash", "zsh", "fish") completes this program's commands, options and
+  /// values. InvalidArgument for another shell.
+  absl::StatusOr<std::string> completion(const std::string& shell) const;
+  /// The manual page of the program, or of one of its commands, for man(1). InvalidArgument where there is no
+  /// such command.
+  absl::StatusOr<std::string> manual(const std::string& command) const;
 
   /// `words`: the command line without the program's name.
   Outcome parse(const std::vector<std::string>& words);

@@ -27,6 +27,7 @@ struct OptionSpec {
   std::optional<std::pair<double, double>> range;
   std::vector<std::string> choices;
   std::vector<Choice> listed;  // by --help, below the description
+  std::vector<std::string> completions;
   std::vector<const OptionSpec*> excludes, needs;
   std::vector<std::function<std::string(const std::string&)>> checks;
   std::function<absl::Status(const std::string&)> take;  // one value
@@ -55,6 +56,17 @@ struct CommandSpec {
 
 /// Puts what `words` say into the variables. InvalidArgument says what is wrong with them.
 absl::Status parse_words(CommandSpec& command, const std::vector<std::string>& words);
+
+/// Puts the value of a file into its variable. InvalidArgument, with its place, says what is wrong with it.
+absl::Status take_default(CommandSpec& command, const FileValue& value);
+
+/// Words that an option's value is commonly one of; empty: any text, or a file's name.
+std::vector<std::string> value_words(const OptionSpec& option);
+
+/// "-o, --output FILE".
+std::string left_of(const OptionSpec& option);
+/// What --help says of it, its range and default among that.
+std::string right_of(const OptionSpec& option);
 
 /// "tessera render SCENE -o FILE [options]".
 std::string usage_of(const CommandSpec& command);

@@ -97,11 +97,22 @@ std::string name_of(const X509* certificate) {
           static_cast<std::size_t>(ASN1_STRING_length(name))};
 }
 
-std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate) {
+namespace {
+
+std::optional<std::chrono::system_clock::time_point> time_point_of(const ASN1_TIME* asn1) {
   std::tm time{};
-  const ASN1_TIME* const begin = X509_get0_notBefore(certificate);
-  if (begin == nullptr || ASN1_TIME_to_tm(begin, &time) != 1) return std::nullopt;
+  if (asn1 == nullptr || ASN1_TIME_to_tm(asn1, &time) != 1) return std::nullopt;
   return std::chrono::system_clock::from_time_t(::timegm(&time));
+}
+
+}  // namespace
+
+std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate) {
+  return time_point_of(X509_get0_notBefore(certificate));
+}
+
+std::optional<std::chrono::system_clock::time_point> end_of(const X509* certificate) {
+  return time_point_of(X509_get0_notAfter(certificate));
 }
 
 Key make_key() { return Key{EVP_EC_gen("P-256")}; }

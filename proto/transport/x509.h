@@ -46,6 +46,9 @@ std::string name_of(const X509* certificate);
 /// From when on it is valid; nothing when it does not say so.
 std::optional<std::chrono::system_clock::time_point> begin_of(const X509* certificate);
 
+/// Until when; likewise.
+std::optional<std::chrono::system_clock::time_point> end_of(const X509* certificate);
+
 /// Makes a key such as every program of a farm has: an elliptic key on P-256. Null when OpenSSL has none to
 /// give.
 Key make_key();

@@ -52,7 +52,7 @@ std::vector<ChannelDesc> channels_of(v1::AOV aov) {
     case v1::AOV_CRYPTO_ASSET:
       return list_of(kAssetList);
     default:
-      return {};  // counts and alpha come with every result
+      return {};  // counts and alpha come with every result; halves are those of other channels
   }
 }
 
@@ -68,6 +68,14 @@ std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs) {
       for (ChannelDesc& channel : added) channel.of = static_cast<std::uint8_t>(channels.size());
     }
     channels.insert(channels.end(), added.begin(), added.end());
+  }
+  if (std::ranges::binary_search(aovs, v1::AOV_HALVES)) {
+    std::vector<ChannelDesc> halves = {{"half.R"}, {"half.G"}, {"half.B"}};
+    for (const v1::AOV aov : aovs) {
+      if (aov != v1::AOV_ALBEDO && aov != v1::AOV_NORMAL && aov != v1::AOV_DEPTH) continue;
+      for (const ChannelDesc& whole : channels_of(aov)) halves.push_back({.name = "half." + whole.name});
+    }
+    channels.insert(channels.end(), halves.begin(), halves.end());
   }
   return channels;
 }

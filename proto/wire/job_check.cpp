@@ -57,6 +57,11 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
         return cannot("gives nothing of what camera rays meet first: no albedo, normal, depth, id and so on");
     }
   }
+  if (spec.samples().noise() != 0 &&
+      std::ranges::find(spec.view().aovs(), v1::AOV_HALVES) != spec.view().aovs().end()) {
+    return absl::InvalidArgumentError(
+        "aov 'halves': with samples.noise, no fixed half of the samples is every pixel's");
+  }
   const double density = asked.grid_density();
   if (density != 0 && !(density >= kMinGridDensity && density <= kMaxGridDensity)) {
     return absl::InvalidArgumentError(absl::StrCat("grid_density is ", density, "; 0 or ", kMinGridDensity,

@@ -24,6 +24,8 @@ extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression;
 // ---- server
 extern const Target kJournal, kUpload, kWebRequest;
+// ---- client/command, client/denoise
+extern const Target kConfig, kDenoise;
 // ---- worker
 extern const Target kSceneBuild, kCsg;
 

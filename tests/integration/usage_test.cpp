@@ -345,5 +345,50 @@ TEST(Usage, AProgramWithoutItsModulesNamesThemAndWhereItLooked) {
   }
 }
 
+TEST(Completion, OfBashFindsCommandsOptionsAndWords) {
+  const std::string script = ::testing::TempDir() + "tessera-completion.bash";
+  std::ofstream(script) << tessera({"--completion", "bash"}).out << R"(
+complete_words() { COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _tessera; echo "${COMPREPLY[*]}"; }
+complete_words tessera den
+complete_words tessera render --den
+complete_words tessera render --denoise re
+complete_words tessera render --sampler = z
+)";
+  const support::Finished done = run({"/bin/bash", script});
+  std::filesystem::remove(script);
+  EXPECT_EQ(done.out, "denoise\n--denoise\nregression\nz-sobol\n") << done.err;
+}
+
+TEST(Desk, WritesASceneAndAConfigurationThatHold) {
+  const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "tessera-desk";
+  std::filesystem::remove_all(folder);
+  const std::string config = folder / "config.toml", scene = folder / "scene.textproto";
+  const auto with_config = [&](const Arguments& arguments) {
+    return run(Arguments{"/usr/bin/env", "TESSERA_CONFIG=" + config, "TESSERA_SERVER=", tessera_program()} +
+               arguments);
+  };
+  EXPECT_EQ(with_config({"init", folder}).status.code, 0);
+  for (const char* const value : {"8", "4"}) {
+    const auto set = with_config({"config", "set", "render.spp", value});
+    EXPECT_EQ(set.status.code, 0) << set.err;
+  }
+  EXPECT_EQ(with_config({"config", "get", "render.spp"}).out, "4\n");
+  const std::string picture = folder / "picture.exr", other = folder / "other.exr";
+  const Arguments render{"render", scene, "--resolution", "16x16", "--quiet"};
+  EXPECT_EQ(with_config(render + Arguments{"-o", picture}).status.code, 0);
+  EXPECT_EQ(run(Arguments{tessera_program()} + render + Arguments{"--spp", "4", "-o", other}).status.code, 0);
+  EXPECT_THAT(tessera({"compare", other, picture}).out, HasSubstr("MSE    0 "));
+  // The port 1 of this machine: nobody listens there.
+  EXPECT_EQ(with_config({"config", "set", "server", "127.0.0.1:1"}).status.code, 0);
+  const auto doctor = with_config({"doctor"});
+  EXPECT_EQ(doctor.status.code, 8);
+  EXPECT_THAT(doctor.out, HasSubstr("fault\tcoordinator: nobody listens at 127.0.0.1:1"));
+  std::ofstream(config) << "[render]\nspp = none\n";
+  const auto refused = with_config(render + Arguments{"-o", picture});
+  EXPECT_EQ(refused.status.code, 2);
+  EXPECT_THAT(refused.err, HasSubstr(config + ":2"));
+  std::filesystem::remove_all(folder);
+}
+
 }  // namespace
 }  // namespace tessera::integration

@@ -16,8 +16,8 @@ void define_frame_options(options::Command& command, RenderOptions& options);
 absl::Status check_frames(const RenderOptions& options);
 
 /// The options of one frame: the one place that knows where frames come from and go to. Files have its number
-/// in place of ####, parameters of the scene in place of {frame}, the time of glTF's animations follows from it,
-/// and load_job() poses what the scene's own keys move.
+/// in place of ####, parameters of the scene in place of {frame}, the time of glTF's animations follows from
+/// it, and load_job() poses what the scene's own keys move.
 RenderOptions options_of_frame(const RenderOptions& all, std::int64_t frame);
 
 /// What is left to be done for a frame that has been started; returns its exit code.

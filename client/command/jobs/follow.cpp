@@ -18,6 +18,7 @@
 #include "command/report/output.h"
 #include "command/report/progress.h"
 #include "command/report/scene_facts.h"
+#include "denoise/denoise.h"
 #include "image/assemble.h"
 #include "image/exr/rows.h"
 #include "wire/algorithm.h"
@@ -267,6 +268,7 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   set_render_info(render_info(spec, followed.status), *followed.image);
   add_file_facts(spec.farm().name(), std::time(nullptr), *followed.image);
   resolve_nameless_mattes(exr.matte_ranks, *followed.image);
+  mark_biased(*followed.image);
   if (followed.status.state() != v1::DONE && followed.incomplete_pixels > 0) {
     followed.image->metadata["tessera.partial"] =
         absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");

@@ -250,6 +250,14 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   return std::min(std::max(samples, least) * longer, std::bit_ceil(spp));
 }
 
+/// Those that are asked for, and those that denoising needs, each once.
+std::set<v1::AOV> aovs_of(const JobSettings& request) {
+  std::set<v1::AOV> aovs(request.aovs.begin(), request.aovs.end());
+  if (request.denoise)
+    aovs.insert({v1::AOV_VARIANCE, v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH, v1::AOV_HALVES});
+  return aovs;
+}
+
 void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
   const wire::AlgorithmTraits& algorithm = *wire::find_algorithm(spec.content().algorithms().integrator());
   if (algorithm.bias != wire::Bias::kBiased) return;
@@ -288,8 +296,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
       return absl::OutOfRangeError(status.message());
   }
 
-  for (const v1::AOV aov : std::set(request.aovs.begin(), request.aovs.end()))
-    spec.mutable_view()->add_aovs(aov);
+  for (const v1::AOV aov : aovs_of(request)) spec.mutable_view()->add_aovs(aov);
   if (absl::Status status =
           resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
       !status.ok())
@@ -308,9 +315,11 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
     const bool asked = request.noise || request.reconstruction != 0 || !request.integrator.empty() ||
                        request.direct_light != 0 || !request.aovs.empty() || request.layers.any() ||
-                       own.ByteSizeLong() > 0;
+                       request.denoise || own.ByteSizeLong() > 0;
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
+  if (request.denoise && spec.samples().spp() < 2)
+    return absl::OutOfRangeError("--denoise: one sample a pixel tells nothing of its noise; 2 or more do");
   warn_of_bias(spec, job->warnings);
   v1::JobSpec::Farm& farm = *spec.mutable_farm();
   farm.set_name(name);

@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "command/jobs/layer_wishes.h"
 #include "command/jobs/own_wishes.h"
+#include "denoise/denoise.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/camera.pb.h"
 #include "tessera/v1/job.pb.h"
@@ -49,6 +50,7 @@ struct JobSettings {
   v1::Reconstruction reconstruction{};
   std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
+  std::optional<DenoiseMethod> denoise;  // of the picture, once it is rendered
   LayerWishes layers;
   std::string isa;
   // On the farm.

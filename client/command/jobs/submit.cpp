@@ -13,6 +13,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "command/command.h"
+#include "command/denoise_result.h"
 #include "command/exit_code.h"
 #include "command/frames/frames.h"
 #include "command/interrupt.h"
@@ -98,6 +99,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const OnDone on_done{options.on_done};
   if (followed->image) loaded.describe(options.render, *followed->image);
+  denoise_result(options.render, spec, *followed);
   const int exit_code =
       deliver(*followed, spec, options.render.output, options.render.exr, options.render.quiet);
   if (options.render.stats.empty()) return on_done.run(followed->status, options.render.output, exit_code);

@@ -10,6 +10,7 @@
 #include "telemetry/log.h"
 #include "wire/limits.h"
 #include "wire/tile_result.h"
+#include "wire/version.h"
 
 namespace tessera::server {
 namespace {
@@ -202,6 +203,8 @@ v1::ListWorkersResponse Farm::list_workers() {
   const std::lock_guard lock(mutex_);
   const Time at = now();
   v1::ListWorkersResponse response;
+  response.set_build(wire::build_version());
+  response.set_unix_time_ms(unix_now());
   std::size_t bytes = 0;
   absl::flat_hash_map<std::string, std::vector<Assignment>> assignments;
   for (Assignment& assignment : scheduler_.assignments())

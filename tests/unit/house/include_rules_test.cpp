@@ -45,11 +45,13 @@ const std::map<std::string, Rooms>& rules() {
       {"client/display", {"display", "base", "image", "wire"}},
       {"client/mesh", {"mesh"}},
       {"client/plot", {"plot", "image"}},
-      {"client/bench", {"bench", "image", "import", "local", "plot", "wire", "tessera/v1"}},
+      {"client/denoise", {"denoise", "image", "import", "render/core", "wire"}},
+      {"client/bench",
+       {"bench", "base", "denoise", "image", "import", "local", "plot", "wire", "tessera/v1"}},
       {"client/pilot", {"pilot", "bench", "image"}},
       {"client/command",
-       {"command", "base", "bench", "display", "expression", "farm", "image", "import", "layers", "local",
-        "mesh", "options", "pilot", "plot", "transport", "wire", "tessera/v1"}},
+       {"command", "base", "bench", "denoise", "display", "expression", "farm", "image", "import", "layers",
+        "local", "mesh", "options", "pilot", "plot", "transport", "wire", "tessera/v1"}},
       {"client/local",
        {"local", "base", "farm", "import", "mesh", "agent", "render/build", "service", "store", "transport",
         "wire", "tessera/v1"}},
@@ -81,10 +83,11 @@ const std::map<std::string, Rooms>& rules() {
 /// The room of an include: "render/core/wide.h" is in render/core, "render/renderer.h" in render,
 /// "image/exr.h" in image.
 std::string room_of(const std::string& include) {
-  static const Rooms tops = {
-      "wire",    "base",  "images",  "telemetry", "transport", "scheduler", "store",      "tls",    "net",
-      "service", "agent", "farm",    "image",     "import",    "command",   "local",      "render", "tessera",
-      "plot",    "bench", "options", "tables",    "layers",    "mesh",      "expression", "notify"};
+  static const Rooms tops = {"wire",       "base",   "images",  "telemetry", "transport", "scheduler",
+                             "store",      "tls",    "net",     "service",   "agent",     "farm",
+                             "image",      "import", "command", "local",     "render",    "tessera",
+                             "plot",       "bench",  "options", "tables",    "layers",    "mesh",
+                             "expression", "notify", "denoise"};
   const auto first = include.find('/');
   const std::string top = include.substr(0, first);
   if (first == std::string::npos || !tops.contains(top)) return "";  // a package

@@ -240,5 +240,54 @@ TEST(ParseOptions, TakesOptionsAlone) {
             "--spp: expected a whole number from 1 to 9, not '10'");
 }
 
+TEST_F(ProgramTest, TakesWhatAFileSaysWhereNothingElseDoes) {
+  program_.take_defaults_from([](const std::string& command) -> absl::StatusOr<std::vector<FileValue>> {
+    EXPECT_EQ(command, "render");
+    return std::vector<FileValue>{{"--spp", "8", "a:1"},
+                                  {"--counts", "7,9", "a:2"},
+                                  {"--quiet", "true", "a:3"},
+                                  {"--unknown", "1", "a:4", false},
+                                  {"--tls", "file", "a:5"}};
+  });
+  ::setenv("TESSERA_TEST_TLS", "environment", 1);
+  const Outcome outcome = program_.parse({"render", "a.pbrt", "-o", "a.exr", "--counts", "3"});
+  ::unsetenv("TESSERA_TEST_TLS");
+  EXPECT_EQ(outcome.exit_code, std::nullopt) << outcome.err;
+  EXPECT_EQ(values_.spp, 8u);
+  EXPECT_THAT(values_.counts, ElementsAre(3u));
+  EXPECT_TRUE(values_.quiet);
+  EXPECT_EQ(values_.tls, "environment");
+}
+
+TEST_F(ProgramTest, NamesThePlaceOfAFilesFault) {
+  const auto fault_of = [&](const FileValue& value) {
+    program_.take_defaults_from([value](const std::string&) { return std::vector<FileValue>{value}; });
+    return fault({"render", "a.pbrt", "-o", "a.exr"});
+  };
+  EXPECT_THAT(fault_of({"--spp", "0", "file:7"}), HasSubstr("file:7: --spp: expected a whole number from 1"));
+  EXPECT_THAT(fault_of({"--sppp", "1", "file:8"}), HasSubstr("file:8: draw render has no option '--sppp'"));
+  EXPECT_THAT(fault_of({"--quiet", "perhaps", "file:9"}), HasSubstr("file:9: --quiet is true or false"));
+}
+
+TEST_F(ProgramTest, CompletesCommandsOptionsAndValues) {
+  const std::string bash = *program_.completion("bash");
+  EXPECT_THAT(bash, HasSubstr("compgen -W 'render resume'"));
+  EXPECT_THAT(bash, HasSubstr("render) options='--help -o --output"));
+  EXPECT_THAT(bash, HasSubstr("'render --kind') values='plain fancy' ;;"));
+  EXPECT_THAT(bash, HasSubstr("'render --way') values='up down' ;;"));
+  EXPECT_THAT(*program_.completion("zsh"), HasSubstr("'--kind[how it is done]:TEXT:(plain fancy)'"));
+  EXPECT_THAT(*program_.completion("fish"), HasSubstr("-l kind -r -f -a 'plain fancy' -d 'how it is done'"));
+  EXPECT_FALSE(program_.completion("csh").ok());
+  EXPECT_EQ(program_.parse({"--completion", "bash"}).out, bash);
+}
+
+TEST_F(ProgramTest, HasManualPages) {
+  EXPECT_THAT(*program_.manual(""), HasSubstr(".BR draw\\-render (1)"));
+  const std::string page = *program_.manual("render");
+  EXPECT_THAT(page, HasSubstr(".B \\-\\-spp N\nsamples a pixel (1 to 65536)"));
+  EXPECT_THAT(page, HasSubstr(".SH EXAMPLES"));
+  EXPECT_FALSE(program_.manual("reander").ok());
+}
+
 }  // namespace
 }  // namespace tessera::options

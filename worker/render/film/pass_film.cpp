@@ -7,8 +7,23 @@
 
 #include "render/film/filter_value.h"
 #include "render/film/fixed_tile.h"
+#include "wire/halves.h"
 
 namespace tessera::render {
+
+namespace {
+
+/// Of those that samples have, the one of red light of the first half; 0: there is none.
+std::size_t half_channel(const std::vector<wire::ChannelDesc>& channels) {
+  std::size_t sampled = 0;
+  for (const wire::ChannelDesc& channel : channels) {
+    if (channel.name == "half.R") return sampled;
+    sampled += wire::is_sampled(channel.kind) ? 1 : 0;
+  }
+  return 0;
+}
+
+}  // namespace
 
 PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers)
     : result_(result),
@@ -20,6 +35,7 @@ PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, st
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
       first_layer_(channels_ - 3 * layers),
       layer_channels_(3 * layers),
+      half_(half_channel(result.channels)),
       next_pass_(result.sample_begin) {
   std::iota(all_.begin(), all_.end(), 0u);
   sums_.begin_pixels(all_);
@@ -96,6 +112,9 @@ void PassFilm::add_splat(const Splat& splat) {
       const float light[] = {splat.value[0] * weight, splat.value[1] * weight, splat.value[2] * weight};
       if (splat.in_picture) {
         for (std::size_t c = 0; c < 3; ++c) planes_[c * all_.size() + pixel] += light[c];
+      }
+      if (splat.in_picture && half_ != 0 && wire::in_first_half(pass_)) {
+        for (std::size_t c = 0; c < 3; ++c) planes_[(half_ + c) * all_.size() + pixel] += 2 * light[c];
       }
       float* const layers = layers_.data() + pixel * layer_channels_;
       for (std::uint32_t left = splat.layers; left != 0; left &= left - 1) {

@@ -42,6 +42,7 @@ class PassFilm final : public SampleSource, public Film {
   const std::size_t channels_;              // that come with samples
   const std::size_t first_layer_;           // channel
   const std::size_t layer_channels_;
+  const std::size_t half_;     // channel half.R, of samples in the first half; 0: not asked for
   std::vector<float> planes_;  // of the pass: channel c of pixel i at c * pixels + i
   // The same of the layers, channel k of pixel i at i * layer_channels_ + k: light lands on one pixel after
   // the other, and is of several of them.

@@ -13,6 +13,7 @@
 #include "render/integrator/vertex/layers.h"
 #include "render/sampling/sample_key.h"
 #include "render/shape/place.h"
+#include "wire/halves.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -288,17 +289,27 @@ void SampleBatch::fill_layers(std::size_t stride) {
   touched_ = 0;
 }
 
+/// 2 for those of 16 samples from sample i on that are in the first half, else 0: over all samples, the mean
+/// is that of the half.
+Float SampleBatch::half_weight(int i) const {
+  alignas(64) float weight[kWidth];
+  for (int lane = 0; lane < kWidth; ++lane)
+    weight[lane] = wire::in_first_half(names_[i + lane].index) ? 2.0f : 0.0f;
+  return Float::load(weight);
+}
+
 /// Leaves the samples in planes_, channels in the order of wire::channels_of; returns the stride
 /// between them.
 std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
-  planes_.resize((4 + (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0) +
-                  (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) + (first_hits_ ? first_hits_->planes() : 0) +
+  const std::size_t features = (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0);
+  planes_.resize((4 + features + (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) +
+                  (first_hits_ ? first_hits_->planes() : 0) + (aovs.halves ? kBands + features : 0) +
                   kBands * layers_.size()) *
                  stride);
   for (int i = 0; i < size_; i += kWidth) {
-    const Float weight = Float::load(filter_weight_ + i);
+    Float weight = Float::load(filter_weight_ + i);
     float* to = planes_.data() + i;
     const auto put = [&](Float value) {
       (value * weight).store_unaligned(to);
@@ -309,14 +320,20 @@ std::size_t SampleBatch::fill_planes() {
       for (int band = 0; band < kBands; ++band)
         put_one(band_mean(band, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
     };
-    put_bands(radiance_, [&](Float value) { put(value * scene_.exposure); });
+    const auto put_radiance = [&] {
+      put_bands(radiance_, [&](Float value) { put(value * scene_.exposure); });
+    };
+    const auto put_features = [&] {
+      if (aovs.albedo) put_bands(albedo_, put_summable);
+      if (aovs.normal) {
+        for (const auto& component : {normal_.x, normal_.y, normal_.z})
+          put_summable(Float::load(component + i));
+      }
+      if (aovs.depth) put_summable(Float::load(depth_ + i));
+    };
+    put_radiance();
     put(Float::load(coverage_ + i));
-    if (aovs.albedo) put_bands(albedo_, put_summable);
-    if (aovs.normal) {
-      for (const auto& component : {normal_.x, normal_.y, normal_.z})
-        put_summable(Float::load(component + i));
-    }
-    if (aovs.depth) put_summable(Float::load(depth_ + i));
+    put_features();
     if (aovs.id) {
       for (const float* const ids : {shape_id_, instance_id_}) {
         Float::load(ids + i).store_unaligned(to);
@@ -327,7 +344,11 @@ std::size_t SampleBatch::fill_planes() {
       for (const std::int32_t* const counts : {visited_nodes_, visited_primitives_})
         put(to_float(Int::load(counts + i)));
     }
-    if (first_hits_) first_hits_->put(i, weight, Float::load(coverage_ + i) > 0.0f, to, stride);
+    if (first_hits_) to = first_hits_->put(i, weight, Float::load(coverage_ + i) > 0.0f, to, stride);
+    if (!aovs.halves) continue;
+    weight = weight * half_weight(i);
+    put_radiance();
+    put_features();
   }
   fill_layers(stride);
   return stride;

@@ -113,6 +113,7 @@ class SampleBatch {
   /// Of 16 samples from sample i on, those whose radiance cannot be summed.
   Mask bad_samples(int i) const;
   void drop_bad_samples();
+  Float half_weight(int i) const;
   std::size_t fill_planes();
   void fill_layers(std::size_t stride);
   bool is_touched(std::size_t layer) const { return (touched_ >> layer & 1) != 0; }

@@ -26,6 +26,7 @@ struct AovRequest {
   bool albedo = false, normal = false, depth = false, id = false, visits = false;
   bool position = false, camera_normal = false, uv = false, motion = false, material_id = false;
   bool crypto_object = false, crypto_material = false, crypto_asset = false;
+  bool halves = false;
 
   /// Whether hits themselves matter: SampleBatch::record_hit().
   bool of_hits() const {

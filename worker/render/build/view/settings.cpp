@@ -160,6 +160,7 @@ Settings read_settings(const v1::JobSpec& job) {
     if (aov == v1::AOV_CRYPTO_OBJECT) result.aovs.crypto_object = true;
     if (aov == v1::AOV_CRYPTO_MATERIAL) result.aovs.crypto_material = true;
     if (aov == v1::AOV_CRYPTO_ASSET) result.aovs.crypto_asset = true;
+    if (aov == v1::AOV_HALVES) result.aovs.halves = true;
   }
   result.preview.shadows = shadows_of(asked.preview().shadows());
   result.preview.ambient = static_cast<float>(asked.preview().ambient());

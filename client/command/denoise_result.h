@@ -1,0 +1,20 @@
+// Denoising of what a command has rendered.
+#pragma once
+
+#include "command/jobs/follow.h"
+#include "command/render_options.h"
+#include "denoise/denoise.h"
+
+namespace tessera::client {
+
+/// $TESSERA_OIDN names the library of `kOidn`.
+DenoiseOptions denoise_options(DenoiseMethod method, int threads);
+
+/// Tells on standard error what denoising cut and filled.
+void tell(const DenoiseReport& report);
+
+/// Denoises the image of a job that is done, where that is asked for, and takes out the channels that only it
+/// needed. Where it cannot be done, a warning says so and the image stays raw: the work is not lost.
+void denoise_result(const RenderOptions& options, const v1::JobSpec& spec, FollowedJob& followed);
+
+}  // namespace tessera::client

@@ -1,0 +1,28 @@
+// What a program's command line consists of. For the sources of this folder only.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "options/program.h"
+#include "options/spec.h"
+
+namespace tessera::options {
+
+struct Program::Parts {
+  std::string version, footer;
+  std::string group = "Commands";
+  CommandSpec root;  // its options are used where there are no commands
+  std::vector<std::pair<std::string, std::unique_ptr<CommandSpec>>> commands;  // by name
+  CommandSpec* chosen = nullptr;
+  DefaultsReader defaults;
+
+  std::string usage() const;
+  std::string help() const;
+  Outcome wrong(const std::string& where, const std::string& what, const std::string& usage) const;
+  absl::Status take_defaults(const std::string& name, CommandSpec& command) const;
+};
+
+}  // namespace tessera::options
