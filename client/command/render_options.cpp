@@ -120,7 +120,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command.group("Quality");
   command
       .add("--noise", job.noise,
-           "target for the relative error of a pixel, with --spp as the upper bound; 0: no target")
+           "relative error that the picture is to have, with --spp as the upper bound; 0: no target")
       .type_name("ERROR");
   command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
       .in_range(0, wire::kMaxDepth);

@@ -72,6 +72,7 @@ std::shared_ptr<render::SharedContents> make_shared_contents() {
 struct BenchScene::Parts {
   std::unique_ptr<render::RenderScene> scene;
   google::protobuf::RepeatedPtrField<v1::Phase> phases;
+  render::FilmRect crop;
   std::vector<render::TileRequest> tiles;
 };
 
@@ -99,6 +100,8 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   auto parts = std::make_unique<Parts>();
   parts->scene = *std::move(scene);
   parts->phases = spec.cut().phases();
+  const v1::PixelRect& crop = spec.cut().crop();
+  parts->crop = {crop.x0(), crop.y0(), crop.x1(), crop.y1()};
   // A pass goes over the whole film.
   parts->tiles = tiles_of(spec.cut().crop(), wire::works_in_passes(spec)
                                                  ? std::max(spec.view().width(), spec.view().height())
@@ -118,7 +121,8 @@ absl::StatusOr<BenchPhases> BenchScene::make_phases(std::uint64_t seed_offset, s
     std::vector<std::string> blobs;
     for (std::uint32_t part = 0; part < parts_->phases[phase].parts(); ++part) {
       absl::StatusOr<std::string> blob = parts_->scene->make_part(
-          {index, part, parts_->phases[phase].parts(), made.prepared.get(), seed_offset}, stop, stats);
+          {index, part, parts_->phases[phase].parts(), made.prepared.get(), seed_offset}, parts_->crop, stop,
+          stats);
       if (!blob.ok()) return blob.status();
       blobs.push_back(*std::move(blob));
     }

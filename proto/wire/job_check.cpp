@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -37,6 +38,25 @@ absl::Status check_layer_parts(const v1::JobSpec& spec, const AlgorithmTraits& a
       return cannot("has no strategies of its own" + not_for_it);
   }
   return absl::OkStatus();
+}
+
+/// The phase that comes before the picture, after the algorithm's own, where noise decides how many samples
+/// are taken; and the pixels of the crop for which one part of it is made: a second of work at most, where
+/// samples do not take long.
+constexpr const char* kNoisePhase = "noise";
+constexpr std::uint64_t kPilotPixels = std::uint64_t{1} << 15;
+constexpr std::uint64_t kMostPilotParts = 1024;
+
+/// The algorithm's phases, and the pilot where noise decides how many samples are taken.
+std::vector<PhaseTraits> phases_of(const v1::JobSpec& spec, const AlgorithmTraits& algorithm) {
+  std::vector<PhaseTraits> phases(algorithm.phases.begin(), algorithm.phases.end());
+  if (spec.samples().noise() != 0) {
+    const v1::PixelRect& crop = spec.cut().crop();
+    const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
+    const std::uint64_t parts = std::clamp<std::uint64_t>(pixels / kPilotPixels, 1, kMostPilotParts);
+    phases.push_back({.name = kNoisePhase, .parts = static_cast<std::uint32_t>(parts), .merge_width = 64});
+  }
+  return phases;
 }
 
 absl::Status check_algorithm(const v1::JobSpec& spec) {
@@ -76,10 +96,11 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   const auto has_name = [](const v1::Phase& phase, const PhaseTraits& own) {
     return phase.name() == own.name;
   };
-  if (!std::equal(spec.cut().phases().begin(), spec.cut().phases().end(), algorithm->phases.begin(),
-                  algorithm->phases.end(), has_name)) {
-    const std::string own = absl::StrJoin(
-        algorithm->phases, ", ", [](std::string* out, const PhaseTraits& p) { out->append(p.name); });
+  const std::vector<PhaseTraits> phases = phases_of(spec, *algorithm);
+  if (!std::equal(spec.cut().phases().begin(), spec.cut().phases().end(), phases.begin(), phases.end(),
+                  has_name)) {
+    const std::string own =
+        absl::StrJoin(phases, ", ", [](std::string* out, const PhaseTraits& p) { out->append(p.name); });
     return cannot(absl::StrCat("has other phases than the job: ", own.empty() ? "none" : own,
                                " (the job has ", spec.cut().phases_size(), ")"));
   }
@@ -108,15 +129,10 @@ absl::Status check_noise(const v1::JobSpec& spec) {
     return absl::InvalidArgumentError(
         absl::StrCat("samples.noise is ", noise, "; 0 or ", kMinNoise, " to ", kMaxNoise, " was expected"));
   }
-  if (spec.samples().spp() < kMinAdaptiveSamples) {
+  if (spec.samples().spp() < kLeastNoiseSamples) {
     return absl::InvalidArgumentError(absl::StrCat("samples.spp is ", spec.samples().spp(),
                                                    "; with samples.noise it is the cap, and ",
-                                                   kMinAdaptiveSamples, " or more was expected"));
-  }
-  if (spec.cut().tile_size() % kNoiseBlock != 0) {
-    return absl::InvalidArgumentError(absl::StrCat("tile_size is ", spec.cut().tile_size(),
-                                                   "; with samples.noise a multiple of ", kNoiseBlock,
-                                                   " was expected"));
+                                                   kLeastNoiseSamples, " or more was expected"));
   }
   if (spec.cut().samples_per_unit() < spec.samples().spp()) {
     return absl::InvalidArgumentError(absl::StrCat("samples_per_unit is ", spec.cut().samples_per_unit(),
@@ -152,7 +168,7 @@ std::uint32_t sample_bits_of(const v1::JobSpec& spec) {
 
 void add_phases(v1::JobSpec& spec) {
   spec.mutable_cut()->clear_phases();
-  for (const PhaseTraits& own : find_algorithm(spec.content().algorithms().integrator())->phases) {
+  for (const PhaseTraits& own : phases_of(spec, *find_algorithm(spec.content().algorithms().integrator()))) {
     v1::Phase& phase = *spec.mutable_cut()->add_phases();
     phase.set_name(own.name);
     phase.set_parts(own.parts);

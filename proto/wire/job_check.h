@@ -19,7 +19,8 @@ absl::Status check_settings(const v1::JobSpec& spec);
 /// Returns the right JobSpec.View.sample_bits.
 std::uint32_t sample_bits_of(const v1::JobSpec& spec);
 
-/// Gives the job the phases of its algorithm, which must exist.
+/// Gives the job the phases of its algorithm, which must exist, and a pilot where noise decides how many
+/// samples its crop takes.
 void add_phases(v1::JobSpec& spec);
 
 /// Whether the job's units are passes. False for unknown algorithms.

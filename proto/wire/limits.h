@@ -37,10 +37,9 @@ inline constexpr std::uint32_t kMaxSamplesPerPixel = std::uint32_t{1} << 24;
 /// of number streams are laid out for them (worker/render/sampling/sampler_config.h).
 inline constexpr std::uint32_t kMaxDepth = (1u << 15) - 1;
 
-/// Where samples are taken as noise asks for (RenderSettings.noise): fewest samples a pixel as the cap,
-/// smallest and largest error, and the side of the blocks that are decided on together, which tiles are made
-/// of.
-inline constexpr std::uint32_t kMinAdaptiveSamples = 16;
+/// Where samples are taken as noise asks for (RenderSettings.noise): fewest samples a pixel, smallest and
+/// largest error, and the side of the blocks that are decided on together.
+inline constexpr std::uint32_t kLeastNoiseSamples = 8;
 inline constexpr double kMinNoise = 1e-4;
 inline constexpr double kMaxNoise = 1;
 inline constexpr std::uint32_t kNoiseBlock = 8;

@@ -71,9 +71,7 @@ absl::Status allows_scattering(const v1::JobSpec& spec) {
           "reconstruction 'scatter' does not go with Cryptomatte: 'sample' gives the filter's coverages");
     }
   }
-  if (spec.samples().noise() == 0) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      "reconstruction 'scatter' needs the same samples everywhere: it does not go with noise");
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::wire

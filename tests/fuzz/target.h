@@ -27,7 +27,7 @@ extern const Target kJournal, kUpload, kWebRequest;
 // ---- client/command, client/denoise
 extern const Target kConfig, kDenoise;
 // ---- worker
-extern const Target kSceneBuild, kCsg;
+extern const Target kSceneBuild, kCsg, kNoisePilot;
 
 /// A broken promise: says so and aborts, for there is no test framework around a target.
 void require(bool promise, const char* what);

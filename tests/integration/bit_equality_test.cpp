@@ -158,16 +158,22 @@ TEST(BitEquality, PassesOneAtATimeOrManyAsOne) {
 }
 
 TEST(BitEquality, SamplesAsNoiseAsksInProcessAndOnTwoWorkersWhateverTiles) {
-  const Arguments adaptive = kView + Arguments{"--spp", "128", "--noise", "0.2"};
+  // Its sky is quiet: blocks take different numbers of samples.
+  const Arguments adaptive{
+      "scenes/forest/scene.textproto", "--resolution", "72x72", "--crop",  "3,5,70,72", "--aov",
+      "variance,albedo,samples",       "--spp",        "128",   "--noise", "0.06",      "--quiet"};
   const std::string expected = render_hash(adaptive);
-  EXPECT_NE(render_hash(kView + Arguments{"--spp", "128"}), expected);
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(2);
-  for (const char* tile : {"8", "24", "64"}) {
+  for (const char* tile : {"8", "20", "64"}) {
     EXPECT_EQ(render_hash(adaptive + Arguments{"--threads", "3", "--tile", tile}), expected)
         << "tiles of " << tile;
-    EXPECT_EQ(submit_hash(farm, adaptive + Arguments{"--tile", tile}), expected) << "tiles of " << tile;
+    // Whatever the worker is at.
+    const std::string job = farm.submit_detached(adaptive + Arguments{"--tile", tile});
+    farm.kill_worker(0);
+    farm.restart_worker(0);
+    EXPECT_EQ(farm.fetch_hash(job), expected) << "tiles of " << tile;
   }
 }
 

@@ -57,6 +57,19 @@ TEST_F(Continue, TheSameJobAgainRendersNothingEvenAfterACrash) {
   }
 }
 
+TEST_F(Continue, WithNoiseTheSameJobRendersNothingAndAnotherCapIsRefusedByName) {
+  const std::string first = submit("64", {"--noise", "0.2"});
+  const std::string hash = farm_.fetch_hash(first);
+  const std::string second = submit("64", {"--noise", "0.2", "--continue", first});
+  EXPECT_EQ(farm_.fetch_hash(second), hash);
+  EXPECT_EQ(samples_of(second), 0);
+  const support::Finished other =
+      tessera(farm_.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "72x56", "--spp",
+                             "128", "--aov", "variance", "--noise", "0.2", "--continue", first, "--detach"}));
+  EXPECT_EQ(other.status.code, 4) << "the coordinator refuses";
+  EXPECT_NE(other.err.find("samples.spp: 64 -> 128"), std::string::npos) << other.err;
+}
+
 TEST_F(Continue, AnotherSceneOrSettingIsRefusedByName) {
   const std::string first = submit("16");
   farm_.fetch_hash(first);

@@ -152,9 +152,13 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
   if (unit.has_part()) {
     const int phase = static_cast<int>(unit.part().phase());
     if (phase >= spec.cut().phases_size()) return absl::InvalidArgumentError("the job has no such phase");
-    absl::StatusOr<std::string> blob = scene->scene->make_part(
-        {unit.part().phase(), unit.part().part(), spec.cut().phases(phase).parts(), prepared->get()}, stop,
-        counts);
+    const v1::PixelRect& crop = spec.cut().crop();
+    absl::StatusOr<std::string> blob =
+        scene->scene->make_part({.phase = unit.part().phase(),
+                                 .part = unit.part().part(),
+                                 .parts = spec.cut().phases(phase).parts(),
+                                 .prepared = prepared->get()},
+                                {crop.x0(), crop.y0(), crop.x1(), crop.y1()}, stop, counts);
     if (!blob.ok()) return blob.status();
     set_blob(*std::move(blob), outcome);
     return absl::OkStatus();

@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "render/accel/ray_log.h"
 #include "render/accel/structure/figures.h"
+#include "render/film/film.h"
 #include "render/film/tile_request.h"
 #include "wire/tile_result.h"
 
@@ -44,9 +45,10 @@ class RenderScene {
   virtual absl::StatusOr<std::shared_ptr<const Prepared>> prepare(
       std::span<const std::string_view> blobs) const = 0;
 
-  /// Makes one part of a phase, as render_tile renders a tile. InvalidArgument where there is no such phase.
-  virtual absl::StatusOr<std::string> make_part(const PartRequest& part, std::stop_token stop,
-                                                RenderStats& stats) const = 0;
+  /// Makes one part of a phase, as render_tile renders a tile. `crop` are the pixels that the picture has,
+  /// for what is made of no others; empty: the film. InvalidArgument where there is no such phase.
+  virtual absl::StatusOr<std::string> make_part(const PartRequest& part, const FilmRect& crop,
+                                                std::stop_token stop, RenderStats& stats) const = 0;
 
   /// Merges neighbouring blobs of a phase. InvalidArgument where there is no such phase, or they are not its.
   virtual absl::StatusOr<std::string> merge(std::uint32_t phase,

@@ -150,7 +150,9 @@ std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, 
   if (*continued) {
     // Only equal units have equal results.
     spec.mutable_cut()->set_tile_size((*continued)->cut().tile_size());
-    spec.mutable_cut()->set_samples_per_unit((*continued)->cut().samples_per_unit());
+    // With noise, a unit takes all samples; where these differ, the farm says so.
+    if (spec.samples().noise() == 0)
+      spec.mutable_cut()->set_samples_per_unit((*continued)->cut().samples_per_unit());
   }
   for (const std::string& id : *after) spec.mutable_farm()->add_after(id);
   absl::StatusOr<std::string> job_id = farm.submit(spec, options.reuse, stop);

@@ -27,7 +27,7 @@ constexpr double kLargestSample = 1.01 * 4e15;
 /// Names what is wrong with the numbers of samples of a unit of `samples` samples a pixel; null when nothing
 /// is.
 const char* check_counts(const std::vector<std::uint32_t>& counts, std::uint32_t samples, bool adaptive) {
-  const std::uint32_t least = adaptive ? std::min(wire::kMinAdaptiveSamples, samples) : samples;
+  const std::uint32_t least = adaptive ? std::min(wire::kLeastNoiseSamples, samples) : samples;
   for (const std::uint32_t count : counts) {
     if (count > samples) return "a pixel counts more samples than the range has";
     if (count < least) return "a pixel counts fewer samples than the job asks for";

@@ -13,6 +13,7 @@
 
 #include "support/long_form.h"
 #include "support/needs.h"
+#include "support/picture/phases.h"
 #include "support/picture/scene_file.h"
 
 namespace tessera::test {
@@ -91,9 +92,10 @@ class FewSamples : public testing::TestWithParam<const char*> {
   /// Returns how many samples were taken.
   static std::uint64_t add(const LoadedFile& file, std::uint32_t first, std::uint32_t samples,
                            Accumulator& sum) {
+    const MadePhases phases = make_phases(file, {.threads = 1});
     render::RenderStats stats;
-    const auto tile =
-        file.scene->render_tile({0, 0, size().side, size().side, first, first + samples}, {}, stats);
+    const auto tile = file.scene->render_tile(
+        {0, 0, size().side, size().side, first, first + samples, 0, phases.prepared.get()}, {}, stats);
     EXPECT_TRUE(tile.ok()) << tile.status();
     EXPECT_EQ(stats.dropped_samples, 0u);
     if (tile.ok()) sum.add(*tile);
@@ -194,7 +196,7 @@ TEST_P(FewSamples, AsManyAsNoiseAsksForHaveTheMeanOfMany) {
   std::atomic<std::uint64_t> taken{0};
   const std::uint64_t all = std::uint64_t{s.side} * s.side * (s.renders / 2) * 8 * s.few;
   // Some pixels are to stop early, and some not: scenes of little noise are asked for less.
-  for (double noise = 0.2; taken <= all / 8 && noise > 0.01; noise /= 2) {
+  for (double noise = 0.2; taken <= all / 8 && noise > 0.005; noise /= 2) {
     taken = 0;
     few.emplace(values());
     on_all_cores(s.renders / 2, [&](std::uint32_t i) {

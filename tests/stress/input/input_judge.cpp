@@ -8,6 +8,7 @@
 #include <cstdlib>
 #include <fstream>
 #include <map>
+#include <memory>
 #include <mutex>
 #include <regex>
 #include <sstream>
@@ -50,7 +51,7 @@ v1::JobSpec job_of(const v1::Scene& scene) {
   v1::JobSpec job;
   wire::resolve_settings(scene.settings(), job);
   // With noise, the least that goes with it.
-  const std::uint32_t spp = job.samples().noise() != 0 ? wire::kMinAdaptiveSamples : 2;
+  const std::uint32_t spp = job.samples().noise() != 0 ? wire::kLeastNoiseSamples : 2;
   job.mutable_samples()->set_spp(spp);
   job.mutable_cut()->set_samples_per_unit(spp);
   v1::JobSpec::View& view = *job.mutable_view();
@@ -60,6 +61,8 @@ v1::JobSpec job_of(const v1::Scene& scene) {
   for (const v1::AOV aov : {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH}) {
     if (algorithm != nullptr && algorithm->first_hit_aovs) view.add_aovs(aov);
   }
+  // No phase but the pilot of noise is made here.
+  if (algorithm != nullptr && algorithm->phases.empty()) wire::add_phases(job);
   return job;
 }
 
@@ -149,7 +152,18 @@ std::string InputJudge::render(const v1::Scene& scene, const std::vector<client:
       stop.request_stop();
   });
   render::RenderStats stats;
-  const auto tile = (*loaded)->render_tile({0, 0, 8, 8, 0, 2}, stop.get_token(), stats);
+  std::shared_ptr<const render::Prepared> prepared;
+  if (job.cut().phases_size() > 0) {
+    const auto pilot = (*loaded)->make_part({}, {}, stop.get_token(), stats);
+    if (!pilot.ok()) return absl::StrCat("no pilot: ", std::string(pilot.status().message()));
+    const std::string_view blobs_of_phases[] = {*pilot};
+    auto made = (*loaded)->prepare(blobs_of_phases);
+    if (!made.ok()) return absl::StrCat("no plan: ", std::string(made.status().message()));
+    prepared = *std::move(made);
+  }
+  const std::uint32_t samples = job.samples().spp();
+  const auto tile =
+      (*loaded)->render_tile({0, 0, 8, 8, 0, samples, 0, prepared.get()}, stop.get_token(), stats);
   if (!tile.ok()) return absl::StrCat("no picture: ", std::string(tile.status().message()));
   tally_.with_dropped_samples += stats.dropped_samples > 0;
   const auto bad =

@@ -38,7 +38,7 @@ MadePhases make_phases(const LoadedFile& file, const PhaseMaking& how) {
         const std::uint32_t part = how.from_the_last ? phase.parts() - 1 - i : i;
         render::RenderStats stats;
         auto blob = file.scene->make_part(
-            {static_cast<std::uint32_t>(p), part, phase.parts(), made.prepared.get()}, {}, stats);
+            {static_cast<std::uint32_t>(p), part, phase.parts(), made.prepared.get()}, {}, {}, stats);
         EXPECT_TRUE(blob.ok()) << blob.status();
         if (blob.ok()) blobs[part] = *std::move(blob);
       }

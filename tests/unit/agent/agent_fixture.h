@@ -61,7 +61,7 @@ class FakeScene final : public render::RenderScene {
     if (++renderer_.prepares <= renderer_.failing_prepares) throw std::bad_alloc();
     return std::make_shared<const render::Prepared>();
   }
-  absl::StatusOr<std::string> make_part(const render::PartRequest&, std::stop_token,
+  absl::StatusOr<std::string> make_part(const render::PartRequest&, const render::FilmRect&, std::stop_token,
                                         render::RenderStats&) const override {
     return "";
   }

@@ -51,6 +51,7 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     noisy.mutable_samples()->set_spp(16);
     noisy.mutable_cut()->set_samples_per_unit(16);
     noisy.mutable_cut()->set_tile_size(8);
+    wire::add_phases(noisy);
     EXPECT_EQ(wire::check_settings(noisy).ok(), traits.noise) << traits.name;
 
     v1::JobSpec scattered = job;
@@ -59,7 +60,7 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     if (traits.scatters) {
       v1::JobSpec both = noisy;
       both.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
-      EXPECT_THAT(std::string(wire::check_settings(both).message()), HasSubstr("does not go with noise"));
+      EXPECT_TRUE(wire::check_settings(both).ok()) << traits.name;
     }
 
     v1::JobSpec by_chance = job;

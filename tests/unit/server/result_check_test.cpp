@@ -72,15 +72,15 @@ TEST_F(ResultCheckTest, NamesWhatDoesNotFit) {
   EXPECT_THAT(message(), HasSubstr("pixels"));
 }
 
-TEST_F(ResultCheckTest, AdaptivePixelsHaveAtLeastTheirPilot) {
+TEST_F(ResultCheckTest, AdaptivePixelsHaveTheLeastNumberOfSamples) {
   spec_.mutable_samples()->set_noise(0.01f);
   unit_.mutable_tile()->mutable_samples()->set_begin(0);
   unit_.mutable_tile()->mutable_samples()->set_end(64);
   result_.sample_begin = 0, result_.sample_end = 64;
-  result_.counts.assign(12, 16);  // wire::kMinAdaptiveSamples
+  result_.counts.assign(12, 8);  // wire::kLeastNoiseSamples
   result_.counts[1] = 64;
   EXPECT_TRUE(check().ok()) << check().status();
-  for (const std::uint32_t few : {0, 15}) {
+  for (const std::uint32_t few : {0, 7}) {
     result_.counts[3] = few;
     EXPECT_THAT(message(), testing::HasSubstr("fewer samples"));
   }

@@ -1,15 +1,16 @@
 #include "render/build/load_scene.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
+#include "render/build/noise_phase.h"
 #include "render/build/scene_content.h"
 #include "render/build/view/layers.h"
 #include "render/build/view/path_mutations.h"
-#include "render/film/adaptive_tile.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
 #include "render/film/scatter_tile.h"
@@ -80,20 +81,29 @@ class BuiltScene final : public RenderScene {
   absl::StatusOr<std::shared_ptr<const Prepared>> prepare(
       std::span<const std::string_view> blobs) const override {
     if (blobs.empty()) return nullptr;
+    if (noise_.noise > 0 && blobs.size() > algorithm_.phases.size()) {
+      auto own = prepare(blobs.first(algorithm_.phases.size()));
+      if (!own.ok()) return own.status();
+      return prepare_noise(blobs.back(), *std::move(own), noise_, tables_, scatters());
+    }
     std::shared_ptr<const Prepared> prepared =
         algorithm_.prepare == nullptr ? nullptr : algorithm_.prepare(tables_, blobs);
     if (prepared == nullptr) return absl::InvalidArgumentError("a blob is not what the phases make");
     return prepared;
   }
 
-  absl::StatusOr<std::string> make_part(const PartRequest& part, std::stop_token stop,
+  absl::StatusOr<std::string> make_part(const PartRequest& part, const FilmRect& crop, std::stop_token stop,
                                         RenderStats& stats) const override {
     if (auto s = check_phase(part.phase); !s.ok()) return s;
     std::string blob;
     const bool finished = timed(stats, [&](RenderStats& own) {
-      return algorithm_.phases[part.phase].make(
-          {tables_, *content_->rays, tables_.sampler.seed + part.seed_offset, own, part.prepared}, part, stop,
-          blob);
+      IntegratorContext context{tables_, *content_->rays, tables_.sampler.seed + part.seed_offset, own,
+                                part.prepared};
+      if (part.phase == algorithm_.phases.size()) {
+        context.prepared = or_alone(part.prepared);
+        return make_noise_pilot(algorithm_, context, part, crop, noise_, scatters(), stop, blob);
+      }
+      return algorithm_.phases[part.phase].make(context, part, stop, blob);
     });
     if (finished) return blob;
     if (stop.stop_requested()) return absl::CancelledError("the part was stopped");
@@ -105,7 +115,8 @@ class BuiltScene final : public RenderScene {
                                     std::span<const std::string_view> blobs) const override {
     if (auto s = check_phase(phase); !s.ok()) return s;
     std::string merged;
-    if (!algorithm_.phases[phase].merge(blobs, merged)) {
+    if (!(phase == algorithm_.phases.size() ? merge_noise_pilots(blobs, merged)
+                                            : algorithm_.phases[phase].merge(blobs, merged))) {
       return absl::InvalidArgumentError(
           absl::StrCat("phase ", phase, " of integrator '", traits_.name, "' has not made these blobs"));
     }
@@ -196,13 +207,23 @@ class BuiltScene final : public RenderScene {
         channels_(std::move(channels)),
         content_(std::move(content)),
         noise_{.noise = job.samples().noise(), .samples = job.samples().spp()},
-        scatters_(job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER),
+        may_scatter_(job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER),
         tables_(content_->tables) {}
 
   /// What an algorithm without phases makes of the scene alone.
   void prepare_alone() {
     if (algorithm_.phases.empty() && algorithm_.prepare != nullptr)
       prepared_alone_ = algorithm_.prepare(tables_, {});
+  }
+
+  /// What the algorithm reads where its phases have made `prepared`, or it has none.
+  const Prepared* or_alone(const Prepared* prepared) const {
+    return prepared != nullptr ? prepared : prepared_alone_.get();
+  }
+
+  /// Whether samples go into several pixels.
+  bool scatters() const {
+    return may_scatter_ && filter_reach(tables_.filter.x) + filter_reach(tables_.filter.y) > 0;
   }
 
   wire::TileResult empty_result(const TileRequest& tile) const {
@@ -214,9 +235,10 @@ class BuiltScene final : public RenderScene {
   }
 
   absl::Status check_phase(std::uint32_t phase) const {
-    if (phase < algorithm_.phases.size()) return absl::OkStatus();
-    return absl::InvalidArgumentError(absl::StrCat("integrator '", traits_.name, "' has ",
-                                                   algorithm_.phases.size(), " phases, not ", phase + 1));
+    const std::size_t phases = algorithm_.phases.size() + (noise_.noise > 0 ? 1 : 0);
+    if (phase < phases) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat("integrator '", traits_.name, "' has ", phases, " phases, not ", phase + 1));
   }
 
   /// Returns the result of `work`, and adds its counts to `stats`, with ticks made into CPU time.
@@ -237,9 +259,15 @@ class BuiltScene final : public RenderScene {
   /// False when stopped.
   bool fill(wire::TileResult& result, const TileRequest& tile, const RayQuery& rays, std::stop_token stop,
             RenderStats& stats) const {
+    const Prepared* prepared = tile.prepared;
+    // Without its pilot, a picture takes all samples everywhere.
+    const SampleCounts* counts = nullptr;
+    if (const auto* const noise = dynamic_cast<const NoisePrepared*>(prepared)) {
+      counts = &noise->counts;
+      prepared = noise->algorithm.get();
+    }
     const auto integrator =
-        algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats,
-                         tile.prepared != nullptr ? tile.prepared : prepared_alone_.get()});
+        algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, or_alone(prepared)});
     if (traits_.work == wire::WorkKind::kPasses) {
       PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count));
       while (film.begin_pass()) {
@@ -248,20 +276,15 @@ class BuiltScene final : public RenderScene {
       }
       return true;
     }
-    if (noise_.noise > 0) {
-      AdaptiveTile film(result, static_cast<std::uint32_t>(tables_.camera.width),
-                        static_cast<std::uint32_t>(tables_.camera.height), noise_);
-      return integrator->render(film, film, stop);
-    }
-    if (scatters_ && filter_reach(tables_.filter.x) + filter_reach(tables_.filter.y) > 0) {
-      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset);
+    if (scatters()) {
+      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset, counts);
       const std::uint64_t samples = stats.samples;
       const bool finished = integrator->render(film, film, stop);
       // Those of the border are none of the picture's.
-      stats.samples = samples + result.pixel_count() * (result.sample_end - result.sample_begin);
+      stats.samples = std::accumulate(result.counts.begin(), result.counts.end(), samples);
       return finished;
     }
-    FixedTile film(result);
+    FixedTile film(result, counts);
     return integrator->render(film, film, stop);
   }
 
@@ -271,7 +294,7 @@ class BuiltScene final : public RenderScene {
   const std::vector<wire::ChannelDesc> channels_;
   const std::shared_ptr<const SceneContent> content_;
   const NoiseTarget noise_;
-  const bool scatters_;  // samples go into several pixels
+  const bool may_scatter_;
   SceneTables tables_;
   std::unique_ptr<const Prepared> prepared_alone_;
 };

@@ -32,33 +32,43 @@ std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
   return order;
 }
 
-FixedTile::FixedTile(wire::TileResult& result)
-    : result_(result),
-      sums_(result),
-      order_(z_order(result.x1 - result.x0, result.y1 - result.y0)),
-      next_sample_(result.sample_begin) {
+FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts)
+    : result_(result), sums_(result), order_(z_order(result.x1 - result.x0, result.y1 - result.y0)) {
+  const std::uint32_t width = rect().width(), all = result.sample_end - result.sample_begin;
+  const auto samples_of = [&](std::uint32_t pixel) {
+    return counts == nullptr
+               ? all
+               : std::min(all, counts->at(result.x0 + pixel % width, result.y0 + pixel / width));
+  };
+  if (counts != nullptr) std::ranges::stable_sort(order_, {}, samples_of);
   places_.reserve(order_.size());
-  const std::uint32_t width = rect().width();
-  for (const std::uint32_t pixel : order_)
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const std::uint32_t pixel = order_[i], samples = samples_of(pixel);
     places_.push_back({result.x0 + pixel % width, result.y0 + pixel / width, 0, 0});
+    if (groups_.empty() || groups_.back().samples != samples) groups_.push_back({i, samples});
+    groups_.back().end = i + 1;
+  }
+  std::ranges::reverse(groups_);
 }
 
 std::size_t FixedTile::next(std::span<SampleName> names) {
-  const std::uint32_t samples = result_.sample_end - result_.sample_begin;
-  if (count_ == 0 || next_sample_ == result_.sample_end) {
+  if (count_ == 0 || taken_ == groups_.back().samples) {
     if (count_ > 0) sums_.end_pixels();
     first_ += count_;
-    count_ = std::min(names.size() / std::min(samples, kTogether), order_.size() - first_);
-    if (count_ == 0) return 0;
-    next_sample_ = result_.sample_begin;
+    count_ = 0;
+    if (!groups_.empty() && first_ == groups_.back().end) groups_.pop_back();
+    if (groups_.empty()) return 0;
+    count_ =
+        std::min(names.size() / std::min(groups_.back().samples, kTogether), groups_.back().end - first_);
+    taken_ = 0;
     sums_.begin_pixels(std::span(order_).subspan(first_, count_));
   }
   const auto fit = static_cast<std::uint32_t>(names.size() / count_);
-  const std::uint32_t end = next_sample_ + std::min(fit, result_.sample_end - next_sample_);
+  const std::uint32_t end = taken_ + std::min(fit, groups_.back().samples - taken_);
   SampleName* name = names.data();
-  for (; next_sample_ < end; ++next_sample_) {
+  for (; taken_ < end; ++taken_) {
     for (const SampleName& place : std::span(places_).subspan(first_, count_)) {
-      *name++ = {place.x, place.y, next_sample_, 0};
+      *name++ = {place.x, place.y, result_.sample_begin + taken_, 0};
     }
   }
   return static_cast<std::size_t>(name - names.data());

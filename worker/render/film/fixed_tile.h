@@ -1,10 +1,11 @@
-// A tile whose pixels all take the same samples.
+// A tile whose pixels take samples of their own.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "render/film/film.h"
+#include "render/film/sample_counts.h"
 #include "render/film/tile_accumulator.h"
 #include "wire/tile_result.h"
 
@@ -16,8 +17,9 @@ namespace tessera::render {
 class FixedTile final : public SampleSource, public Film {
  public:
   /// `result` has its rectangle, sample range and channels set; counts and values are filled in as pixels are
-  /// finished.
-  explicit FixedTile(wire::TileResult& result);
+  /// finished. With `counts`, which outlive the tile, pixels take the first samples of the range, as many as
+  /// these say; else all of them.
+  explicit FixedTile(wire::TileResult& result, const SampleCounts* counts = nullptr);
 
   std::size_t next(std::span<SampleName> names) override;
   FilmRect rect() const override;
@@ -27,10 +29,16 @@ class FixedTile final : public SampleSource, public Film {
  private:
   const wire::TileResult& result_;
   TileAccumulator sums_;
-  const std::vector<std::uint32_t> order_;  // of the tile's pixels
-  std::vector<SampleName> places_;          // of the film, in that order
-  std::size_t first_ = 0, count_ = 0;       // pixels at hand
-  std::uint32_t next_sample_;               // of these pixels
+  /// Pixels that take the same number of samples.
+  struct Group {
+    std::size_t end;  // of its pixels, in the order
+    std::uint32_t samples;
+  };
+  std::vector<std::uint32_t> order_;   // of the tile's pixels, group by group
+  std::vector<SampleName> places_;     // of the film, in that order
+  std::vector<Group> groups_;          // that are left, the next one last
+  std::size_t first_ = 0, count_ = 0;  // pixels at hand
+  std::uint32_t taken_ = 0;            // samples of each of these
 };
 
 /// The pixels of a rectangle (indices, rows from the top) so that runs of 16, 64, 256 are squares.

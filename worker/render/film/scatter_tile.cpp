@@ -3,31 +3,15 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
-#include <numeric>
+#include <map>
 
-#include "base/split_mix.h"
+#include "render/film/common_places.h"
 #include "render/film/filter_value.h"
 #include "render/film/fixed_tile.h"
 
 namespace tessera::render {
 
 namespace {
-
-float to_unit(std::uint32_t bits) { return static_cast<float>(bits >> 8) * 0x1p-24f; }
-
-/// The first two dimensions of Sobol's sequence, a (0,2)-sequence: each is evenly spread by itself, too,
-/// which edges along rows and columns need.
-std::uint32_t van_der_corput(std::uint32_t index) {
-  std::uint32_t bits = 0;
-  for (std::uint32_t digit = 1u << 31; index != 0; index >>= 1, digit >>= 1) bits ^= index & 1 ? digit : 0;
-  return bits;
-}
-std::uint32_t second_sobol(std::uint32_t index) {
-  std::uint32_t bits = 0;
-  for (std::uint32_t digit = 1u << 31; index != 0; index >>= 1, digit ^= digit >> 1)
-    bits ^= index & 1 ? digit : 0;
-  return bits;
-}
 
 /// The filter's weights of the samples of 2 * reach + 1 pixels in a row, which lie at `place` in theirs.
 void weigh(FilterKind kind, const FilterAxis& axis, float place, std::vector<float>& weights) {
@@ -42,56 +26,173 @@ std::uint32_t filter_reach(const FilterAxis& axis) {
   return static_cast<std::uint32_t>(std::max(0.0f, std::ceil(axis.radius - 0.5f)));
 }
 
-ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord& filter, std::uint64_t seed)
+ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord& filter, std::uint64_t seed,
+                         const SampleCounts* counts)
     : result_(result),
       filter_(filter),
-      sums_(result),
       seed_(seed),
+      counts_(counts),
       reach_x_(filter_reach(filter.x)),
       reach_y_(filter_reach(filter.y)),
       width_(result.x1 - result.x0 + 2 * reach_x_),
       height_(result.y1 - result.y0 + 2 * reach_y_),
-      order_(z_order(width_, height_)),
-      tile_(result.pixel_count()),
       channels_(static_cast<std::size_t>(
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
-      next_sample_(result.sample_begin),
-      rows_(std::size_t{result.x1 - result.x0} * height_),
-      filtered_(channels_ * tile_.size()),
+      part_(result),
+      sums_(part_),
+      filtered_(channels_ * result.pixel_count()),
+      padded_(width_ + 2 * reach_x_),
+      row_(result.x1 - result.x0),
       weights_x_(2 * reach_x_ + 1),
       weights_y_(2 * reach_y_ + 1) {
-  std::iota(tile_.begin(), tile_.end(), 0u);
+  result_.counts.assign(result_.pixel_count(), 0);
+  result_.values.assign(result_.channels.size() * result_.pixel_count(), 0.0f);
   std::uint32_t plane = 0;
   for (const wire::ChannelDesc& channel : result.channels) {
     if (channel.kind == wire::ChannelKind::kFirst) firsts_.push_back(plane);
     plane += wire::is_sampled(channel.kind) ? 1 : 0;
   }
-  sums_.begin_pixels(tile_);
+  if (counts != nullptr) {
+    group_blocks(*counts);
+  } else {
+    groups_.emplace_back().samples = result.sample_end - result.sample_begin;
+    add_run(groups_.back(), 0, 0, width_, height_);
+  }
+  begin_group();
 }
 
-bool ScatterTile::begin_samples() {
-  if (next_sample_ == result_.sample_end) return false;
-  together_ = std::min(kTogether, result_.sample_end - next_sample_);
-  common_ = {next_sample_, x_.data(), y_.data()};
-  // Random digits, the same in all points, make each of them evenly distributed [Kollig & Keller 2002].
-  const std::uint64_t digits = base::split_mix(seed_);
-  for (std::uint32_t s = 0; s < together_; ++s) {
-    x_[s] = to_unit(van_der_corput(next_sample_ + s) ^ static_cast<std::uint32_t>(digits));
-    y_[s] = to_unit(second_sobol(next_sample_ + s) ^ static_cast<std::uint32_t>(digits >> 32));
+// ---------------------------------------------------------------- pixels of one number of samples
+
+void ScatterTile::add_run(Group& group, std::uint32_t x, std::uint32_t y, std::uint32_t width,
+                          std::uint32_t height) {
+  group.runs.push_back({x, y, width, height, group.size});
+  group.size += std::size_t{width} * height;
+}
+
+void ScatterTile::group_blocks(const SampleCounts& counts) {
+  const std::uint32_t left = result_.x0 - reach_x_, top = result_.y0 - reach_y_;  // modulo 2^32
+  // Pixels up to the next border of blocks.
+  const auto to_border = [](std::uint32_t place) { return wire::kNoiseBlock - place % wire::kNoiseBlock; };
+  const auto samples_at = [&](std::uint32_t x, std::uint32_t y) {
+    return std::min(counts.at(left + x, top + y), result_.sample_end - result_.sample_begin);
+  };
+  std::map<std::uint32_t, Group> groups;
+  for (std::uint32_t y = 0, height; y < height_; y += height) {
+    height = std::min(to_border(top + y), height_ - y);
+    for (std::uint32_t x = 0, end; x < width_; x = end) {
+      const std::uint32_t samples = samples_at(x, y);
+      for (end = x; end < width_ && samples_at(end, y) == samples;)
+        end = std::min(end + to_border(left + end), width_);
+      groups[samples].samples = samples;
+      add_run(groups[samples], x, y, end - x, height);
+    }
   }
-  samples_.resize(together_ * channels_ * order_.size());
-  return true;
+  for (auto& [samples, group] : groups) groups_.push_back(std::move(group));
+}
+
+FilmRect ScatterTile::reached_by(const Run& run) const {
+  // A pixel of the tile is reached by those of the border's rectangle from its own number on, to twice the
+  // reach further.
+  const auto first = [](std::uint32_t begin, std::uint32_t reach) {
+    return begin > 2 * reach ? begin - 2 * reach : 0;
+  };
+  return {first(run.x, reach_x_), first(run.y, reach_y_),
+          std::min(run.x + run.width, result_.x1 - result_.x0),
+          std::min(run.y + run.height, result_.y1 - result_.y0)};
+}
+
+void ScatterTile::begin_group() {
+  const Group& group = groups_[group_];
+  std::vector<std::uint32_t> number_of(std::size_t{width_} * height_, ~0u);
+  std::vector<bool> is_reached(result_.pixel_count());
+  for (const Run& run : group.runs) {
+    for (std::uint32_t i = 0; i < run.width * run.height; ++i)
+      number_of[std::size_t{run.y + i / run.width} * width_ + run.x + i % run.width] =
+          static_cast<std::uint32_t>(run.first) + i;
+    const FilmRect rect = reached_by(run);
+    for (std::uint32_t y = rect.y0; y < rect.y1; ++y) {
+      const auto row = is_reached.begin() + std::ptrdiff_t{y} * (result_.x1 - result_.x0);
+      if (rect.x0 < rect.x1) std::fill(row + rect.x0, row + rect.x1, true);
+    }
+  }
+  order_.clear();
+  places_.clear();
+  for (const std::uint32_t pixel : z_order(width_, height_)) {
+    if (number_of[pixel] == ~0u) continue;
+    order_.push_back(number_of[pixel]);
+    places_.push_back({result_.x0 - reach_x_ + pixel % width_, result_.y0 - reach_y_ + pixel / width_, 0, 0});
+  }
+  reached_.clear();
+  for (std::uint32_t i = 0; i < is_reached.size(); ++i) {
+    if (is_reached[i]) reached_.push_back(i);
+  }
+  leaf_.resize(channels_ * reached_.size());
+  next_sample_ = 0;
+  sums_.begin_pixels(reached_);
+}
+
+/// The group's picture has a mean over its own number of samples; as a part of the pixel's sum it is times
+/// those of the pixel, and its variance such that those of all parts add up to the pixel's.
+void ScatterTile::end_group() {
+  sums_.end_pixels();
+  const double part_count = groups_[group_].samples;
+  const std::size_t pixels = result_.pixel_count();
+  const std::uint32_t width = result_.x1 - result_.x0;
+  for (const std::uint32_t i : reached_) {
+    std::uint32_t own = groups_[group_].samples;
+    if (counts_ != nullptr)
+      own = std::min(counts_->at(result_.x0 + i % width, result_.y0 + i / width),
+                     result_.sample_end - result_.sample_begin);
+    const double ratio = own / part_count;
+    const double of_squares =
+        own == part_count || part_count == 1 ? ratio : ratio * (own - 1) / (part_count - 1);
+    result_.counts[i] = own;
+    for (std::size_t c = 0; c < result_.channels.size(); ++c) {
+      float& value = result_.values[c * pixels + i];
+      const float part = part_.values[c * pixels + i];
+      switch (result_.channels[c].kind) {
+        case wire::ChannelKind::kSum:
+          value += static_cast<float>(part * ratio);
+          break;
+        case wire::ChannelKind::kSquaredDeviation:
+          value += static_cast<float>(part * of_squares);
+          break;
+        case wire::ChannelKind::kFirst:
+          if (own == groups_[group_].samples) value = part;
+          break;
+      }
+    }
+  }
+}
+
+// ---------------------------------------------------------------- samples
+
+void ScatterTile::begin_samples(std::size_t batch) {
+  const Group& group = groups_[group_];
+  const auto fit = static_cast<std::uint32_t>(std::min<std::size_t>(batch / group.size, kMostTogether));
+  together_ =
+      std::min({std::max(fit, kTogether), group.samples - next_sample_, static_cast<std::uint32_t>(batch)});
+  common_ = {result_.sample_begin + next_sample_, x_.data(), y_.data()};
+  for (std::uint32_t s = 0; s < together_; ++s) {
+    // Next to pixels that take other numbers of samples, weights add up to 1 only as far as each mean is
+    // right by itself.
+    const bool even = counts_ == nullptr || counts_->even;
+    const Place place =
+        even ? shifted_place(seed_, common_.first + s) : scrambled_place(seed_, common_.first + s);
+    x_[s] = place.x, y_[s] = place.y;
+  }
+  samples_.resize(together_ * channels_ * group.size);
 }
 
 std::size_t ScatterTile::next(std::span<SampleName> names) {
   if (next_pixel_ == order_.size()) end_samples();
-  if (next_pixel_ == 0 && !begin_samples()) return 0;
+  if (group_ == groups_.size()) return 0;
+  if (next_pixel_ == 0) begin_samples(names.size());
   count_ = std::min(names.size() / together_, order_.size() - next_pixel_);
   SampleName* name = names.data();
   for (std::uint32_t s = 0; s < together_; ++s) {
-    for (const std::uint32_t pixel : std::span(order_).subspan(next_pixel_, count_))
-      *name++ = {result_.x0 - reach_x_ + pixel % width_, result_.y0 - reach_y_ + pixel / width_,
-                 next_sample_ + s, 0};
+    for (const SampleName& place : std::span(places_).subspan(next_pixel_, count_))
+      *name++ = {place.x, place.y, common_.first + s, 0};
   }
   next_pixel_ += count_;
   return static_cast<std::size_t>(name - names.data());
@@ -112,42 +213,69 @@ void ScatterTile::add(std::span<const SampleName>, const float* planes, std::siz
   }
 }
 
-void ScatterTile::filter_plane(const float* from, float* to) {
+void ScatterTile::filter_run(const Run& run, const float* from, float* to) {
   const std::size_t width = result_.x1 - result_.x0, height = result_.y1 - result_.y0;
-  const auto add_weighted = [width](const float* row, float weight, float* sum) {
-    for (std::size_t x = 0; x < width; ++x) sum[x] += weight * row[x];
+  const FilmRect reached = reached_by(run);
+  if (reached.x0 >= reached.x1) return;
+  const auto add_weighted = [](const float* row, std::size_t n, float weight, float* sum) {
+    for (std::size_t x = 0; x < n; ++x) sum[x] += weight * row[x];
   };
-  std::ranges::fill(rows_, 0.0f);
-  for (std::size_t y = 0; y < height_; ++y) {
+  // The run's row, with black on both sides: pixel x of the tile meets it from place x on.
+  std::ranges::fill(padded_, 0.0f);
+  for (std::size_t y = run.y; y < run.y + run.height; ++y, from += run.width) {
+    std::copy_n(from, run.width, padded_.data() + run.x);
+    std::fill_n(row_.data() + reached.x0, reached.width(), 0.0f);
     for (std::size_t k = 0; k < weights_x_.size(); ++k)
-      add_weighted(from + y * width_ + k, weights_x_[k], rows_.data() + y * width);
+      add_weighted(padded_.data() + reached.x0 + k, reached.width(), weights_x_[k], row_.data() + reached.x0);
+    for (std::size_t k = 0; k < weights_y_.size(); ++k) {
+      if (y < k || y - k >= height) continue;
+      add_weighted(row_.data() + reached.x0, reached.width(), weights_y_[k],
+                   to + (y - k) * width + reached.x0);
+    }
   }
-  std::fill_n(to, width * height, 0.0f);
-  for (std::size_t y = 0; y < height; ++y) {
-    for (std::size_t k = 0; k < weights_y_.size(); ++k)
-      add_weighted(rows_.data() + (y + k) * width, weights_y_[k], to + y * width);
+}
+
+/// A number that has no mean is that of the pixel's own sample.
+void ScatterTile::copy_own(const Run& run, const float* from, float* to) const {
+  const std::size_t width = result_.x1 - result_.x0, height = result_.y1 - result_.y0;
+  for (std::size_t i = 0; i < std::size_t{run.width} * run.height; ++i) {
+    const std::size_t x = run.x + i % run.width, y = run.y + i / run.width;
+    if (x >= reach_x_ && x - reach_x_ < width && y >= reach_y_ && y - reach_y_ < height)
+      to[(y - reach_y_) * width + x - reach_x_] = from[i];
   }
 }
 
 void ScatterTile::end_samples() {
-  const std::size_t width = result_.x1 - result_.x0;
+  const Group& group = groups_[group_];
+  const std::size_t width = result_.x1 - result_.x0, pixels = result_.pixel_count();
+  const bool all_reached = reached_.size() == pixels;
   for (std::uint32_t s = 0; s < together_; ++s) {
     weigh(filter_.kind, filter_.x, x_[s], weights_x_);
     weigh(filter_.kind, filter_.y, y_[s], weights_y_);
-    const float* const planes = samples_.data() + s * channels_ * order_.size();
-    for (std::size_t c = 0; c < channels_; ++c)
-      filter_plane(planes + c * order_.size(), filtered_.data() + c * tile_.size());
-    // A number that has no mean is that of the pixel's own sample.
-    for (const std::size_t c : firsts_) {
-      for (std::size_t y = 0; y < result_.y1 - result_.y0; ++y)
-        std::copy_n(planes + c * order_.size() + (y + reach_y_) * width_ + reach_x_, width,
-                    filtered_.data() + c * tile_.size() + y * width);
+    for (std::size_t c = 0; c < channels_; ++c) {
+      const float* const from = samples_.data() + (s * channels_ + c) * group.size;
+      float* const to = filtered_.data() + c * pixels;
+      for (const Run& run : group.runs) {
+        const FilmRect rect = reached_by(run);
+        for (std::size_t y = rect.y0; y < rect.y1; ++y) {
+          if (rect.x0 < rect.x1) std::fill_n(to + y * width + rect.x0, rect.width(), 0.0f);
+        }
+      }
+      if (std::ranges::find(firsts_, c) != firsts_.end()) {
+        for (const Run& run : group.runs) copy_own(run, from + run.first, to);
+      } else {
+        for (const Run& run : group.runs) filter_run(run, from + run.first, to);
+      }
+      if (all_reached) continue;
+      for (std::size_t i = 0; i < reached_.size(); ++i) leaf_[c * reached_.size() + i] = to[reached_[i]];
     }
-    sums_.add_sample(filtered_.data(), tile_.size());
+    sums_.add_sample(all_reached ? filtered_.data() : leaf_.data(), reached_.size());
   }
   next_sample_ += together_;
   next_pixel_ = 0;
-  if (next_sample_ == result_.sample_end) sums_.end_pixels();
+  if (next_sample_ < group.samples) return;
+  end_group();
+  if (++group_ < groups_.size()) begin_group();
 }
 
 }  // namespace tessera::render

@@ -135,7 +135,7 @@ TEST(RadiosityScene, MorePatchesThanThereIsRoomForAreNoStop) {
       rendered.prepare(std::vector<std::string_view>{loaded.phases.blobs[0], std::string_view(blob)});
   ASSERT_TRUE(prepared.ok()) << prepared.status();
   render::RenderStats stats;
-  const auto solution = rendered.make_part({2, 0, 1, prepared->get()}, {}, stats);
+  const auto solution = rendered.make_part({2, 0, 1, prepared->get()}, {}, {}, stats);
   EXPECT_EQ(solution.status().code(), absl::StatusCode::kInvalidArgument) << solution.status();
 }
 
@@ -152,8 +152,8 @@ TEST(RadiosityScene, StopsBetweenSweeps) {
     ASSERT_TRUE(prepared.ok()) << prepared.status();
     render::RenderStats stats;
     const render::PartRequest part{static_cast<std::uint32_t>(phase), 0, 1, prepared->get()};
-    EXPECT_TRUE(absl::IsCancelled(rendered.make_part(part, stop.get_token(), stats).status())) << phase;
-    EXPECT_TRUE(rendered.make_part(part, {}, stats).ok()) << phase << ": goes on";
+    EXPECT_TRUE(absl::IsCancelled(rendered.make_part(part, {}, stop.get_token(), stats).status())) << phase;
+    EXPECT_TRUE(rendered.make_part(part, {}, {}, stats).ok()) << phase << ": goes on";
   }
 }
 

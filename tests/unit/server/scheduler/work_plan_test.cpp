@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <functional>
 
+#include "wire/job_check.h"
+
 namespace tessera::server {
 namespace {
 
@@ -183,21 +185,20 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
                 for (int i = 0; i < 1000; ++i) s.mutable_farm()->mutable_auto_choice()->add_candidates();
               }),
               HasSubstr("how its integrator was chosen"));
-  // With noise, a unit has all samples of whole blocks of pixels.
+  // With noise, a unit has all samples of its pixels.
   const auto noisy = [&](const std::function<void(v1::JobSpec&)>& spoil) {
     return message([&](v1::JobSpec& s) {
       s.mutable_samples()->set_noise(0.05);
       s.mutable_cut()->set_samples_per_unit(32);
+      wire::add_phases(s);
       spoil(s);
     });
   };
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_noise(1.5); }),
               HasSubstr("samples.noise is 1.5"));
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_spp(12); }), HasSubstr("16 or more"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_spp(7); }), HasSubstr("8 or more"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_cut()->set_samples_per_unit(16); }),
               HasSubstr("samples_per_unit"));
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_cut()->set_tile_size(12); }),
-              HasSubstr("a multiple of 8"));
   EXPECT_THAT(
       noisy([](v1::JobSpec& s) { s.mutable_content()->mutable_algorithms()->set_integrator("light"); }),
       HasSubstr("same samples everywhere"));

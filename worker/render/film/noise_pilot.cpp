@@ -1,0 +1,200 @@
+#include "render/film/noise_pilot.h"
+
+#include <algorithm>
+#include <bit>
+#include <cassert>
+#include <cmath>
+#include <cstring>
+
+#include "base/split_mix.h"
+#include "render/film/common_places.h"
+#include "render/film/fixed_tile.h"
+#include "wire/limits.h"
+
+namespace tessera::render {
+namespace {
+
+using wire::kNoiseBlock;
+
+constexpr std::uint32_t kBlockPixels = kNoiseBlock * kNoiseBlock;
+/// Streams of a pixel's pilot: sequences that are independent of each other, and of the picture's.
+constexpr std::uint32_t kFirstStream = 0x6e6f6973;
+/// Squared error that counts as none at all in the dark, as relMSE has it [Rousselle et al. 2011].
+constexpr double kDarkness = 0.01;
+/// Largest error that a block may tell of, and cost: sums over a film of them are finite.
+constexpr float kMost = 1e30f;
+
+/// Pixels [begin, end) of the stripe of blocks that is `part`.
+FilmRect blocks_of(const FilmRect& crop, const PartRequest& part) {
+  const auto up = [](std::uint32_t pixels) { return (pixels + kNoiseBlock - 1) / kNoiseBlock; };
+  FilmRect blocks{crop.x0 / kNoiseBlock, crop.y0 / kNoiseBlock, up(crop.x1), up(crop.y1)};
+  const std::uint64_t rows = blocks.y1 - blocks.y0;
+  const auto row = [&](std::uint64_t i) {
+    return crop.y0 / kNoiseBlock + static_cast<std::uint32_t>(rows * i / part.parts);
+  };
+  blocks.y0 = row(part.part), blocks.y1 = row(std::uint64_t{part.part} + 1);
+  return blocks;
+}
+
+/// One sample in some sixty is the pilot's, as far as the target tells how many there will be, and a quarter
+/// of a sample a pixel at least: pixels of a block that are sampled.
+std::uint32_t pilot_pixels(const NoiseTarget& target) {
+  const double usual = 1 / (9 * target.noise * target.noise);
+  const double samples = std::min<double>(target.samples, usual) / 64;
+  return std::clamp(std::bit_ceil(static_cast<std::uint32_t>(samples * 16)), 4u, kBlockPixels);
+}
+
+/// Samples of a batch, which all cost the same as far as is known: fewer tell costs apart, more fill wide
+/// registers.
+constexpr std::size_t kMostTogether = 256;
+/// Samples of each of the two streams of a pixel: as many as show what even distribution gains.
+constexpr std::uint32_t kTogether = 2;
+
+}  // namespace
+
+NoisePilot::NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint32_t film_height,
+                       const PartRequest& part, const NoiseTarget& target, bool scatters, std::uint64_t seed,
+                       const RenderStats& stats)
+    : blocks_(blocks_of(crop, part)),
+      pixels_of_block_(pilot_pixels(target)),
+      scatters_(scatters),
+      stats_(stats),
+      opened_(blocks_.pixel_count()),
+      rays_(stats.rays()) {
+  // Those of a batch are neighbours, whose samples cost about the same.
+  for (const std::uint32_t block : z_order(blocks_.width(), blocks_.y1 - blocks_.y0))
+    open_block(block, film_width, film_height);
+  if (scatters_) make_places(seed);
+}
+
+/// The first pixels along a Z-order curve whose bits are reversed are evenly spread, and so are those that
+/// follow: the halves of a block.
+void NoisePilot::open_block(std::uint32_t block, std::uint32_t film_width, std::uint32_t film_height) {
+  const std::uint32_t x = blocks_.x0 + block % blocks_.width(), y = blocks_.y0 + block / blocks_.width();
+  opened_[block].begin = pixels_.size();
+  const auto turned = static_cast<std::uint32_t>(base::split_mix(std::uint64_t{y} << 32 | x));
+  std::uint32_t number = 0;
+  for (std::uint32_t i = 0; i < kBlockPixels && number < pixels_of_block_; ++i) {
+    const auto bit = [code = i ^ turned](std::uint32_t from, std::uint32_t to) {
+      return (code >> from & 1) << to;
+    };
+    const std::uint32_t px = x * kNoiseBlock + (bit(0, 2) | bit(2, 1) | bit(4, 0));
+    const std::uint32_t py = y * kNoiseBlock + (bit(1, 2) | bit(3, 1) | bit(5, 0));
+    if (px < film_width && py < film_height) pixels_.push_back({block, px, py, number++, {}});
+  }
+  opened_[block].end = pixels_.size();
+}
+
+void NoisePilot::make_places(std::uint64_t seed) {
+  for (std::uint32_t stream = 0; stream < 2; ++stream) {
+    for (std::uint32_t number = 0; number < pixels_of_block_; ++number) {
+      for (std::uint32_t i = 0; i < kTogether; ++i) {
+        const Place place =
+            shifted_place(base::split_mix(seed + kFirstStream + stream * kBlockPixels + number), i);
+        x_.push_back(place.x), y_.push_back(place.y);
+      }
+    }
+  }
+  common_ = {0, x_.data(), y_.data()};
+}
+
+std::size_t NoisePilot::next(std::span<SampleName> names) {
+  given_.clear();
+  const std::size_t most = std::min(names.size(), kMostTogether);
+  while (given_.size() < most && pixel_ < pixels_.size()) {
+    const Pixel& pixel = pixels_[pixel_];
+    const std::uint32_t stream = sample_ / kTogether;
+    names[given_.size()] = {pixel.x, pixel.y,
+                            (stream * pixels_of_block_ + pixel.number) * kTogether + sample_ % kTogether,
+                            kFirstStream + stream};
+    given_.push_back(pixel_);
+    if (++sample_ == 2 * kTogether) sample_ = 0, ++pixel_;
+  }
+  return given_.size();
+}
+
+void NoisePilot::splat(std::span<const Splat>) { assert(!"only passes take light that lands anywhere"); }
+
+void NoisePilot::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
+  const std::uint64_t rays = stats_.rays();
+  const double cost = static_cast<double>(rays - rays_) / static_cast<double>(names.size());
+  rays_ = rays;
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    Pixel& pixel = pixels_[given_[i]];
+    for (std::size_t c = 0; c < kColors; ++c)
+      pixel.sums[names[i].stream - kFirstStream][c] += static_cast<double>(planes[c * stride + i]);
+    opened_[pixel.block].rays += cost;
+    ++opened_[pixel.block].samples;
+  }
+}
+
+/// The variance of a pixel's samples is that of the means of its two streams, which are independent: half the
+/// square of what lies between them, times the samples of each. Means of several samples see what evenly
+/// distributed ones gain.
+Pilot NoisePilot::result() const {
+  Pilot pilot{blocks_, std::vector<PilotBlock>(blocks_.pixel_count())};
+  for (std::size_t block = 0; block < pilot.values.size(); ++block) {
+    const Block& opened = opened_[block];
+    const std::span pixels = std::span(pixels_).subspan(opened.begin, opened.end - opened.begin);
+    const std::size_t halves[] = {0, (pixels.size() + 1) / 2, pixels.size()};
+    const double samples = kTogether;
+    std::array<double, kColors> mean{};
+    for (const Pixel& pixel : pixels) {
+      for (std::size_t c = 0; c < kColors; ++c)
+        mean[c] += (pixel.sums[0][c] + pixel.sums[1][c]) / (2 * samples * static_cast<double>(pixels.size()));
+    }
+    PilotBlock& found = pilot.values[block];
+    for (std::size_t half = 0; half < 2; ++half) {
+      double error = 0;
+      for (std::size_t i = halves[half]; i < halves[half + 1]; ++i) {
+        for (std::size_t c = 0; c < kColors; ++c) {
+          const double apart = (pixels[i].sums[0][c] - pixels[i].sums[1][c]) / samples;
+          error += apart * apart / 2 * samples / (mean[c] * mean[c] + kDarkness);
+        }
+      }
+      const auto count = static_cast<double>(halves[half + 1] - halves[half]);
+      // Of one pixel there is but one half.
+      found.error[half] =
+          count > 0 ? std::min(static_cast<float>(error / (kColors * count)), kMost) : found.error[0];
+    }
+    found.cost = std::clamp(static_cast<float>(opened.rays / opened.samples), 1.0f, kMost);
+  }
+  return pilot;
+}
+
+std::string pilot_blob(const Pilot& pilot) {
+  if (pilot.values.empty()) return "";
+  static_assert(sizeof(FilmRect) == 16 && sizeof(PilotBlock) == 12);
+  std::string blob(sizeof(FilmRect) + pilot.values.size() * sizeof(PilotBlock), '\0');
+  std::memcpy(blob.data(), &pilot.blocks, sizeof(FilmRect));
+  std::memcpy(blob.data() + sizeof(FilmRect), pilot.values.data(), blob.size() - sizeof(FilmRect));
+  return blob;
+}
+
+bool append_pilot_blob(std::string_view blob, Pilot& pilot) {
+  constexpr std::uint32_t kMostBlocks = wire::kMaxFilmSize / kNoiseBlock;
+  if (blob.empty()) return true;
+  FilmRect blocks;
+  if (blob.size() < sizeof(blocks)) return false;
+  std::memcpy(&blocks, blob.data(), sizeof(blocks));
+  blob.remove_prefix(sizeof(blocks));
+  if (!(blocks.x0 < blocks.x1 && blocks.x1 <= kMostBlocks && blocks.y0 < blocks.y1 &&
+        blocks.y1 <= kMostBlocks && blob.size() == blocks.pixel_count() * sizeof(PilotBlock)))
+    return false;
+  const std::size_t first = pilot.values.size();
+  if (first > 0 &&
+      (blocks.x0 != pilot.blocks.x0 || blocks.x1 != pilot.blocks.x1 || blocks.y0 != pilot.blocks.y1))
+    return false;
+  pilot.values.resize(first + blocks.pixel_count());
+  std::memcpy(&pilot.values[first], blob.data(), blob.size());
+  const auto is_in = [](float value, float least) { return value >= least && value <= kMost; };
+  for (std::size_t i = first; i < pilot.values.size(); ++i) {
+    const PilotBlock& block = pilot.values[i];
+    if (!is_in(block.error[0], 0) || !is_in(block.error[1], 0) || !is_in(block.cost, 1)) return false;
+  }
+  if (first == 0) pilot.blocks = blocks;
+  pilot.blocks.y1 = blocks.y1;
+  return true;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,84 @@
+// A pilot: few samples of each block of pixels, which tell how noisy samples are there and what they cost.
+// They are none of the picture's and come from sequences of their own, so whatever is made of them, the
+// picture's samples do not depend on it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "render/film/film.h"
+#include "render/film/noise_target.h"
+#include "render/film/tile_request.h"
+
+namespace tessera::render {
+
+/// What is known of a block. Two halves of its pixels are kept apart, so that one can judge what was made of
+/// the other.
+struct PilotBlock {
+  std::array<float, 2> error{};  // relMSE that single samples would have, by each half of the block's pixels
+  float cost = 0;                // rays a sample
+};
+
+struct Pilot {
+  FilmRect blocks;                 // of wire::kNoiseBlock pixels each way, on the film's grid
+  std::vector<PilotBlock> values;  // rows from the top
+};
+
+class NoisePilot final : public SampleSource, public Film {
+ public:
+  /// Samples the blocks of one part of the film's `crop`. `stats` are those of the integrator: costs are read
+  /// from them. `scatters`: samples lie anywhere in their pixels, and not as the filter is distributed.
+  NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint32_t film_height,
+             const PartRequest& part, const NoiseTarget& target, bool scatters, std::uint64_t seed,
+             const RenderStats& stats);
+
+  std::size_t next(std::span<SampleName> names) override;
+  const CommonPlaces* places() const override { return scatters_ ? &common_ : nullptr; }
+  FilmRect rect() const override { return blocks_; }
+  void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
+  void splat(std::span<const Splat> splats) override;
+
+  /// What was found, when all samples have come.
+  Pilot result() const;
+
+ private:
+  static constexpr std::size_t kColors = 3;  // the first channels: R, G, B
+  struct Pixel {
+    std::uint32_t block, x, y, number;                  // `number` within the block
+    std::array<std::array<double, kColors>, 2> sums{};  // of its two streams
+  };
+
+  struct Block {
+    std::size_t begin = 0, end = 0;  // of its pixels
+    double rays = 0;
+    std::uint32_t samples = 0;
+  };
+
+  void open_block(std::uint32_t block, std::uint32_t film_width, std::uint32_t film_height);
+  void make_places(std::uint64_t seed);
+
+  const FilmRect blocks_;
+  const std::uint32_t pixels_of_block_;  // that are sampled
+  const bool scatters_;
+  const RenderStats& stats_;
+  std::vector<Pixel> pixels_;
+  std::vector<Block> opened_;  // rows from the top
+  std::uint64_t rays_;         // so far
+  // Next sample
+  std::size_t pixel_ = 0;
+  std::uint32_t sample_ = 0;
+  std::vector<std::size_t> given_;  // pixels of the samples of the latest next()
+  std::vector<float> x_, y_;
+  CommonPlaces common_{};
+};
+
+/// A pilot as bytes; empty for one without blocks.
+std::string pilot_blob(const Pilot& pilot);
+/// Puts `blob` under `pilot`, which may be empty. False where it is no blob of a pilot, or not of the blocks
+/// that come next.
+bool append_pilot_blob(std::string_view blob, Pilot& pilot);
+
+}  // namespace tessera::render
