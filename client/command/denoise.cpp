@@ -9,6 +9,7 @@
 #include "command/denoise_result.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/report/exr_options.h"
 #include "command/report/output.h"
 #include "image/exr.h"
 
@@ -18,7 +19,7 @@ namespace {
 struct DenoiseCommandOptions {
   std::string input, output;
   std::string method = "regression";
-  ExrOptions exr;
+  ExrFormat exr;
   int threads = 0;
   bool quiet = false;
 };
@@ -57,8 +58,7 @@ void add_denoise_command(CommandLine& line) {
       .type_name("NAME")
       .one_of({"regression", "statistical", "oidn"})
       .with_default();
-  command.add_flag("--half", options->exr.half, "16-bit EXR");
-  command.add_flag("--multipart", options->exr.multipart, "EXR with a part for each layer");
+  define_exr_options(command, options->exr);
   command.add("--threads", options->threads, "threads; 0: one a core").in_range(0, 1024).with_default();
   command.add_flag("--quiet", options->quiet, "say nothing of pixels that were cut or filled");
   command.example("tessera render scene.pbrt -o raw.exr --aov variance,albedo,normal,depth,halves");

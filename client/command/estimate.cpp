@@ -26,9 +26,9 @@
 namespace tessera::client {
 namespace {
 
-// Blocks decide on their samples by themselves, so that parts may be small; else a sample costs the same
-// wherever it stands among a pixel's.
-constexpr std::uint32_t kAdaptivePart = 2 * wire::kNoiseBlock;  // pixels, a side
+// With noise, parts are rendered with all samples that the pilot gave them, and are smaller than tiles; else
+// a sample costs the same wherever it stands among a pixel's, and some of them are enough.
+constexpr std::uint32_t kAdaptivePart = 4 * wire::kNoiseBlock;  // pixels, a side
 constexpr std::uint32_t kSurveySamples = 16;
 constexpr double kOfNormal = 1.96;  // standard errors: 95 % of a normal distribution
 
@@ -43,10 +43,14 @@ struct EstimateWishes {
 /// The job's parts: tiles, or its passes.
 class Parts {
  public:
-  Parts(const BenchScene& scene, const BenchPhases& phases, const v1::JobSpec& spec, std::stop_token stop)
+  /// `spec`: of the scene, whose tiles are the parts; the job's own are `tile_size` wide.
+  Parts(const BenchScene& scene, const BenchPhases& phases, const v1::JobSpec& spec, std::uint32_t tile_size,
+        std::stop_token stop)
       : scene_(scene),
         phases_(phases),
         stop_(std::move(stop)),
+        tile_size_(tile_size),
+        part_size_(spec.cut().tile_size()),
         spp_(spec.samples().spp()),
         passes_(wire::works_in_passes(spec)),
         adaptive_(spec.samples().noise() != 0) {}
@@ -68,13 +72,24 @@ class Parts {
       cost.samples += scale * count;
       cost.capped += adaptive_ && count >= spp_ ? 1 : 0;
     }
+    if (part_size_ != tile_size_)
+      cost.cpu_seconds *= as_in_tiles(static_cast<double>(rendered->cost.counts.camera_rays) / cost.samples);
     return cost;
   }
 
  private:
+  /// A tile whose samples are scattered renders a border around it, too, which is more of a smaller one.
+  /// `with_border`: samples rendered over the part's own.
+  double as_in_tiles(double with_border) const {
+    const double border = (std::sqrt(std::max(with_border, 1.0)) - 1) * part_size_ / 2;  // pixels
+    const double side = 1 + 2 * border / tile_size_;
+    return side * side / std::max(with_border, 1.0);
+  }
+
   const BenchScene& scene_;
   const BenchPhases& phases_;
   const std::stop_token stop_;
+  const std::uint32_t tile_size_, part_size_;
   const std::uint32_t spp_;
   const bool passes_, adaptive_;
 };
@@ -144,12 +159,13 @@ std::string outlook_json(const Outlook& outlook, const v1::JobSpec& spec, const 
 
 absl::StatusOr<Outlook> look_ahead(const EstimateWishes& options, LoadedJob& loaded, std::stop_token stop) {
   v1::JobSpec& spec = loaded.job->spec;
-  if (spec.samples().noise() != 0) spec.mutable_cut()->set_tile_size(kAdaptivePart);
+  const std::uint32_t tile_size = spec.cut().tile_size();
+  if (spec.samples().noise() != 0) spec.mutable_cut()->set_tile_size(std::min(tile_size, kAdaptivePart));
   const absl::StatusOr<std::unique_ptr<BenchScene>> scene = build_scene(loaded, options.render);
   if (!scene.ok()) return scene.status();
   const absl::StatusOr<BenchPhases> phases = (*scene)->make_phases(0, stop);
   if (!phases.ok()) return phases.status();
-  const Parts parts(**scene, *phases, spec, stop);
+  const Parts parts(**scene, *phases, spec, tile_size, stop);
   const SurveyPlan plan{.parts = parts.count(),
                         .whole = parts.whole(),
                         .wanted_error = options.error,

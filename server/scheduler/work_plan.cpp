@@ -104,7 +104,7 @@ absl::Status check_names(const v1::JobSpec& spec) {
                                 " are possible"));
   const std::size_t longest =
       std::max({farm.name().size(), farm.isa().size(), farm.user().size(), tags, ids, farm.comment().size(),
-                farm.webhook().size(), spec.content().algorithms().integrator().size()});
+                farm.webhook().size(), farm.group().size(), spec.content().algorithms().integrator().size()});
   if (longest > wire::kMaxTextBytes) return unsound("a name is too long");
   const v1::AutoChoice& choice = farm.auto_choice();
   std::size_t told = choice.reason().size();

@@ -191,6 +191,19 @@ async def picture(farm, browser):
     return worker
 
 
+async def frames(farm, browser):
+    """The frames of an animation stand above the picture, as thumbnails; a click shows another one."""
+    last = farm.submit("scenes/cornell-box/scene.pbrt", "--spp", "4", "--resolution", "64x48", "--frames", "1-3")
+    await browser.open(farm.page(f"#/job/{last}"))
+    await browser.until("document.querySelectorAll('#frames a').length === 3")
+    await browser.until(
+        "[...document.querySelectorAll('#frames canvas')].every("
+        "(c) => c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data[3] > 0)"
+    )
+    await browser.evaluate("document.querySelector('#frames a').click()")
+    await browser.until("document.querySelector('#frames a').getAttribute('aria-current') === 'true'")
+
+
 async def dead_worker(farm, browser, worker):
     """A worker that dies is shown as silent, and then goes."""
     await browser.open(farm.page("#/workers"))
@@ -383,6 +396,7 @@ async def run(programs, screenshots):
         async with Browser() as browser:
             await jobs_and_names(farm, browser)
             worker = await picture(farm, browser)
+            await frames(farm, browser)
             await dead_worker(farm, browser, worker)
             await strangers(farm, browser)
             refused = [text for text in browser.errors if "stranger" not in text and "data:" not in text]

@@ -251,10 +251,11 @@ int end_of(const FollowedJob& followed) {
 }  // namespace
 
 std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, const v1::JobSpec& spec) {
-  // Cryptomatte is made of the whole image.
-  const bool mattes = std::ranges::any_of(
-      spec.view().aovs(), [](int aov) { return wire::is_cryptomatte(static_cast<v1::AOV>(aov)); });
-  return is_exr(output) && !mattes ? exr.frame_memory : UINT64_MAX;
+  // Cryptomatte is made of the whole image, and so is what denoising needs halves for.
+  const bool whole = std::ranges::any_of(spec.view().aovs(), [](int aov) {
+    return aov == v1::AOV_HALVES || wire::is_cryptomatte(static_cast<v1::AOV>(aov));
+  });
+  return is_exr(output) && !whole ? exr.frame_memory : UINT64_MAX;
 }
 
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,

@@ -238,6 +238,8 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   status.set_user(entry.shape->spec.farm().user());
   status.set_priority(view.priority);
   status.set_comment(entry.shape->spec.farm().comment());
+  status.set_group(entry.shape->spec.farm().group());
+  status.set_frame(entry.shape->spec.farm().frame());
   for (const std::string& id : view.awaited) status.add_after(id);
   status.set_paused(view.paused);
   status.set_units_set_aside(view.units_set_aside);

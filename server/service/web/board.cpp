@@ -51,24 +51,29 @@ Json settings_of(const v1::JobSpec& spec) {
 }  // namespace
 
 std::string row_of(const v1::JobStatus& job) {
-  return json_text(Json{{"id", job.job_id()},
-                        {"name", job.name()},
-                        {"user", job.user()},
-                        {"state", v1::JobState_Name(job.state())},
-                        {"paused", job.paused()},
-                        {"priority", job.priority()},
-                        {"done", job.units_done()},
-                        {"total", job.units_total()},
-                        {"leased", job.units_leased()},
-                        {"aside", job.units_set_aside()},
-                        {"failures", job.failures()},
-                        {"workers", job.workers()},
-                        {"cpu", std::round(10 * seconds_of(job.stats().cpu_time())) / 10},
-                        {"submitted", job.submitted_unix_ms()},
-                        {"finished", job.finished_unix_ms()},
-                        {"left", (job.left_ms() + 500) / 1000},
-                        {"phase", job.phase()},
-                        {"error", job.error()}});
+  Json row{{"id", job.job_id()},
+           {"name", job.name()},
+           {"user", job.user()},
+           {"state", v1::JobState_Name(job.state())},
+           {"paused", job.paused()},
+           {"priority", job.priority()},
+           {"done", job.units_done()},
+           {"total", job.units_total()},
+           {"leased", job.units_leased()},
+           {"aside", job.units_set_aside()},
+           {"failures", job.failures()},
+           {"workers", job.workers()},
+           {"cpu", std::round(10 * seconds_of(job.stats().cpu_time())) / 10},
+           {"submitted", job.submitted_unix_ms()},
+           {"finished", job.finished_unix_ms()},
+           {"left", (job.left_ms() + 500) / 1000},
+           {"phase", job.phase()},
+           {"error", job.error()}};
+  if (!job.group().empty()) {
+    row["group"] = job.group();
+    row["frame"] = job.frame();
+  }
+  return json_text(row);
 }
 
 std::string row_of(const v1::WorkerStatus& worker, std::chrono::milliseconds heartbeats) {

@@ -50,6 +50,7 @@ class FrameSource {
     this.range = 0;
     this.time = 0;
     this.closed = false;
+    this.fresh = false; // true where no stream of events keeps the coordinator's picture up to date
   }
 
   levelSize(level) { return [Math.ceil(this.width / 2 ** level), Math.ceil(this.height / 2 ** level)]; }
@@ -101,6 +102,7 @@ class FrameSource {
     try {
       const left = piece.column * kSide, top = piece.row * kSide;
       const where = new URLSearchParams({ job: this.job, layer: this.layer, level: piece.level, x0: left + x0, y0: top + y0, x1: left + x1, y1: top + y1 });
+      if (this.fresh) where.set("fresh", "1");
       const response = await fetch("api/pixels?" + where);
       if (!response.ok) throw new Error(response.status);
       const bytes = await response.arrayBuffer();

@@ -183,6 +183,7 @@ const workersChanged = soon(() => {
 // ---- one job
 
 const viewer = new Viewer(byId("stage"));
+const strip = new Strip(byId("frames"), jobs);
 
 function pictureNews(source, news, first) {
   if (!source) return;
@@ -250,6 +251,7 @@ function drawJob() {
   byId("job-state").replaceWith(Object.assign(stateNode(job), { id: "job-state" }));
   byId("job-progress").firstElementChild.style.width = 100 * job.done / Math.max(1, job.total) + "%";
   drawLine(job);
+  strip.show(job, (details.get(shownJob) || {}).settings);
   const over = kOver.has(job.state), actions = byId("job-actions"), key = [job.state, job.paused, job.priority, job.aside > 0].join();
   if (actions.dataset.key !== key + shownJob) {
     actions.dataset.key = key + shownJob;

@@ -78,7 +78,7 @@ class WebSiteTest : public CoordinatorTest {
 TEST_F(WebSiteTest, ServesThePageFromTheProgram) {
   std::size_t bytes = 0;
   for (const char* path :
-       {"/", "/page.css", "/page.js", "/frame.js", "/table.js", "/color.js", "/icon.svg"}) {
+       {"/", "/page.css", "/page.js", "/frame.js", "/table.js", "/strip.js", "/color.js", "/icon.svg"}) {
     const HttpAnswer answer = get(path);
     EXPECT_EQ(answer.status, 200u) << path;
     bytes += answer.body.size();
