@@ -21,11 +21,12 @@ _SAMPLES_PER_UNIT = 1 << 14
 _USUAL_UNITS = 1 << 20
 _LEAST_SCATTERED_SAMPLES = 4
 _MAX_DEPTH = (1 << 15) - 1
+_PILOT_PIXELS, _MOST_PILOT_PARTS = 1 << 15, 1024  # of the phase that --noise adds
 
 AOVS = {
     name[4:].lower().replace("_", "-"): number
     for name, number in job_pb2.AOV.items()
-    if number != job_pb2.AOV_UNSPECIFIED
+    if number != job_pb2.AOV_UNSPECIFIED and not name.startswith("AOV_CRYPTO")
 }
 
 
@@ -114,7 +115,6 @@ def make_spec(
     view.texture_footprint = wishes.texture_footprint if footprint else 0.125
     scatters = wishes.reconstruction == settings_pb2.RECONSTRUCTION_SCATTER or (
         wishes.reconstruction != settings_pb2.RECONSTRUCTION_SAMPLE
-        and not wishes.noise
         and _gains_by_scattering(film.filter)
     )
     if scatters:
@@ -126,6 +126,9 @@ def make_spec(
     spec.cut.crop.CopyFrom(job_pb2.PixelRect(x0=x0, y0=y0, x1=x1, y1=y1))
     spec.cut.tile_size = _SCATTERING_TILE if scatters else _TILE
     spec.cut.samples_per_unit = _samples_per_unit(spec)
+    if wishes.noise:
+        parts = min(max((x1 - x0) * (y1 - y0) // _PILOT_PIXELS, 1), _MOST_PILOT_PARTS)
+        spec.cut.phases.add(name="noise", parts=parts, merge_width=64)
 
     data = scene.message.SerializeToString(deterministic=True)
     own = Blob(data, hashlib.sha256(data).hexdigest(), "")

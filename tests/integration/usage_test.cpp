@@ -381,7 +381,7 @@ TEST(Desk, WritesASceneAndAConfigurationThatHold) {
   // The port 1 of this machine: nobody listens there.
   EXPECT_EQ(with_config({"config", "set", "server", "127.0.0.1:1"}).status.code, 0);
   const auto doctor = with_config({"doctor"});
-  EXPECT_EQ(doctor.status.code, 8);
+  EXPECT_EQ(doctor.status.code, 9);
   EXPECT_THAT(doctor.out, HasSubstr("fault\tcoordinator: nobody listens at 127.0.0.1:1"));
   std::ofstream(config) << "[render]\nspp = none\n";
   const auto refused = with_config(render + Arguments{"-o", picture});

@@ -12,7 +12,7 @@
 #include "import/gltf/rules/rules.h"
 #include "import/gltf/shapes/shapes.h"
 #include "import/gltf/view.h"
-#include "import/input/valid_text.h"
+#include "import/input/finished_scene.h"
 
 namespace tessera::client::gltf {
 namespace {
@@ -126,14 +126,8 @@ absl::StatusOr<ImportedScene> import_bytes(const std::filesystem::path& path, st
   if (!context.diagnostics.has_errors()) write_scene(context);
   if (absl::Status status = context.diagnostics.status(); !status.ok()) return status;
 
-  context.scene.set_name(path.stem().string());
-  make_text_valid(context.scene);
-  ImportedScene result;
-  result.scene = std::move(context.scene);
-  result.blobs = context.blobs.take();
-  for (SceneBlob& blob : result.blobs) make_text_valid(blob.ref);
-  result.warnings = context.diagnostics.warnings();
-  return result;
+  return finished_scene(std::move(context.scene), path.stem().string(), std::move(context.blobs),
+                        context.diagnostics);
 }
 
 }  // namespace

@@ -1,7 +1,7 @@
 #include "import/mitsuba/import_mitsuba.h"
 
 #include "import/input/concat.h"
-#include "import/input/valid_text.h"
+#include "import/input/finished_scene.h"
 #include "import/mitsuba/document/document_reader.h"
 #include "import/mitsuba/emitters.h"
 #include "import/mitsuba/integrator.h"
@@ -58,14 +58,8 @@ absl::StatusOr<ImportedScene> import_mitsuba(const std::filesystem::path& path,
   }
   if (absl::Status status = context.diagnostics.status(); !status.ok()) return status;
 
-  context.scene.set_name(path.stem().string());
-  make_text_valid(context.scene);
-  ImportedScene result;
-  result.scene = std::move(context.scene);
-  result.blobs = context.blobs.take();
-  for (SceneBlob& blob : result.blobs) make_text_valid(blob.ref);
-  result.warnings = context.diagnostics.warnings();
-  return result;
+  return finished_scene(std::move(context.scene), path.stem().string(), std::move(context.blobs),
+                        context.diagnostics);
 }
 
 }  // namespace tessera::client::mitsuba

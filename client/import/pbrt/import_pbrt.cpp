@@ -1,6 +1,6 @@
 #include "import/pbrt/import_pbrt.h"
 
-#include "import/input/valid_text.h"
+#include "import/input/finished_scene.h"
 #include "import/pbrt/file/directive_reader.h"
 
 namespace tessera::client::pbrt {
@@ -23,14 +23,8 @@ absl::StatusOr<ImportedScene> import_pbrt(const std::filesystem::path& path, int
 
   std::filesystem::path name = path.filename();
   if (name.extension() == ".gz") name = name.stem();
-  context.scene.set_name(name.stem().string());
-  make_text_valid(context.scene);
-  ImportedScene result;
-  result.scene = std::move(context.scene);
-  result.blobs = context.blobs.take();
-  for (SceneBlob& blob : result.blobs) make_text_valid(blob.ref);
-  result.warnings = context.diagnostics.warnings();
-  return result;
+  return finished_scene(std::move(context.scene), name.stem().string(), std::move(context.blobs),
+                        context.diagnostics);
 }
 
 }  // namespace tessera::client::pbrt
