@@ -91,6 +91,11 @@ TEST_F(SharedContent, WhateverLooksAtTheSceneInAnotherWay) {
     scene.mutable_film()->mutable_filter()->set_kind(v1::PixelFilter::GAUSSIAN);
     scene.mutable_film()->set_exposure(2);
   });
+  // Read from another file, as frames of an animation are.
+  expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) {
+    scene.set_name("frame 2");
+    scene.mutable_shapes(0)->set_name("sphere, frame.0002.pbrt:7");
+  });
   // Turned about its own place, and with another lens.
   expect_shared(true, [](v1::Scene& scene, v1::JobSpec&) {
     auto& elements = *scene.mutable_camera()->mutable_world_from_camera()->mutable_elements();

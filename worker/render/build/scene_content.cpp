@@ -1,8 +1,11 @@
 #include "render/build/scene_content.h"
 
+#include <google/protobuf/message.h>
+
 #include <bit>
 #include <future>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "base/cpu_time.h"
@@ -168,11 +171,31 @@ std::string building_key(const wire::AlgorithmTraits& algorithm, const v1::Scene
                       algorithm.lists_instances);
 }
 
+/// Takes out what only messages tell: names of shapes, which may have that of a frame's own file in them, and
+/// files that blobs came from.
+void clear_hints(google::protobuf::Message& message) {
+  if (auto* const blob = google::protobuf::DynamicCastToGenerated<v1::BlobRef>(&message)) blob->clear_path();
+  if (auto* const shape = google::protobuf::DynamicCastToGenerated<v1::Shape>(&message)) shape->clear_name();
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  std::vector<const google::protobuf::FieldDescriptor*> fields;
+  reflection.ListFields(message, &fields);
+  for (const google::protobuf::FieldDescriptor* field : fields) {
+    if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (!field->is_repeated()) {
+      clear_hints(*reflection.MutableMessage(&message, field));
+      continue;
+    }
+    for (int i = 0; i < reflection.FieldSize(message, field); ++i)
+      clear_hints(*reflection.MutableRepeatedMessage(&message, field, i));
+  }
+}
+
 }  // namespace
 
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa) {
   v1::Scene relevant = scene;
   relevant.clear_name();
+  clear_hints(relevant);
   relevant.clear_film();
   relevant.clear_settings();  // wishes: what holds is in the job
   v1::Camera& camera = *relevant.mutable_camera();
