@@ -23,7 +23,7 @@ namespace {
 using Clock = std::chrono::steady_clock;
 using Json = nlohmann::ordered_json;
 
-constexpr std::chrono::milliseconds kFollowThumbnail{500};
+constexpr std::chrono::milliseconds kFollowThumbnail{100};
 constexpr const char* kService = "/tessera.v1.FarmService/";
 constexpr const char* kCookie = "tessera-session=";
 
@@ -276,15 +276,15 @@ HttpAnswer WebSite::pixels(const HttpRequest& request, const Visitor& who) {
   const absl::StatusOr<std::shared_ptr<ShownPicture>> picture =
       pictures_.open(job, request.parameter("layer"));
   if (!picture.ok()) return refusal(picture.status());
-  // Nobody follows thumbnails.
-  if (request.query.contains("fresh"))
-    static_cast<void>((*picture)->follow(std::chrono::steady_clock::now() + kFollowThumbnail));
+  // Nobody follows thumbnails. Other pages wait behind this one, so the rest is for the next time it asks.
+  const bool more = request.query.contains("fresh") &&
+                    (*picture)->follow(std::chrono::steady_clock::now() + kFollowThumbnail);
   absl::StatusOr<std::string> bytes =
       (*picture)->part(numbers[0], {numbers[1], numbers[2], numbers[3], numbers[4]});
   if (!bytes.ok()) return refusal(bytes.status());
   return {.type = "application/octet-stream",
           .body = *std::move(bytes),
-          .headers = {{"Cache-Control", "no-store"}}};
+          .headers = {{"Cache-Control", "no-store"}, {"X-Tessera-More", more ? "1" : "0"}}};
 }
 
 HttpAnswer WebSite::change(const HttpRequest& request, const Visitor& who) {

@@ -50,6 +50,7 @@ class FrameSource {
     this.range = 0;
     this.time = 0;
     this.closed = false;
+    this.more = false; // the coordinator has not read all results of a fresh picture
     this.fresh = false; // true where no stream of events keeps the coordinator's picture up to date
   }
 
@@ -105,6 +106,7 @@ class FrameSource {
       if (this.fresh) where.set("fresh", "1");
       const response = await fetch("api/pixels?" + where);
       if (!response.ok) throw new Error(response.status);
+      this.more = response.headers.get("X-Tessera-More") === "1";
       const bytes = await response.arrayBuffer();
       if (this.closed) return;
       this.store(piece, x0, y0, x1 - x0, y1 - y0, this.color ? new Uint16Array(bytes) : new Float32Array(bytes));

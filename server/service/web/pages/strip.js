@@ -4,11 +4,12 @@
 const kMostFrames = 500;
 const kThumbnail = 64; // pixels, their height
 const kAgain = 3000;   // ms between two looks at a frame that is being rendered
+const kMoreAfter = 300; // the same, where the coordinator was not done with reading
 
 class Strip {
   /// `jobs`: rows by id. `settingsOf`: of the job that is shown; its animation's frames have the same.
   constructor(place, jobs) {
-    Object.assign(this, { place, jobs, cells: new Map(), busy: false, group: "" });
+    Object.assign(this, { place, jobs, cells: new Map(), busy: false, timer: 0, group: "" });
     const tone = new Tone();
     tone.set(0, 0);
     this.look = { tone, channel: -1, key: "thumbnail" };
@@ -62,6 +63,7 @@ class Strip {
 
   /// Fetches what is in sight and has changed, one after the other, and paints what is there.
   load() {
+    let least = Infinity;
     for (const cell of this.cells.values()) {
       const piece = cell.source.piece(cell.source.top, 0, 0);
       if (piece.data && !piece.painted) {
@@ -70,12 +72,19 @@ class Strip {
       }
       if (this.busy || !cell.visible || cell.asked === cell.row.done) continue;
       const wait = cell.time + kAgain - performance.now();
-      if (wait > 0) { setTimeout(() => this.load(), wait + 10); continue; }
+      if (wait > 0) { least = Math.min(least, wait); continue; }
       this.busy = true;
       cell.asked = cell.row.done;
       cell.time = performance.now();
       piece.dirty = [0, 0, piece.width, piece.height];
-      cell.source.fetch(piece).finally(() => { this.busy = false; this.load(); });
+      cell.source.fetch(piece).finally(() => {
+        if (cell.source.more) cell.asked = -1, cell.time -= kAgain - kMoreAfter;
+        this.busy = false;
+        this.load();
+      });
     }
+    // One timer, however often this is called.
+    clearTimeout(this.timer);
+    if (least < Infinity) this.timer = setTimeout(() => this.load(), least + 10);
   }
 }
