@@ -1,4 +1,4 @@
-// What is chosen of a glTF file, as a group of --help.
+// Options that choose from a glTF file, as a group of --help.
 #pragma once
 
 #include "import/gltf/gltf_options.h"

@@ -24,7 +24,7 @@ struct DenoiseOptions {
   std::string oidn_library;  // empty: where the loader looks
 };
 
-/// What was found besides noise.
+/// Findings besides noise.
 struct DenoiseReport {
   std::size_t fireflies = 0;   // pixels whose light was cut down to that of their neighbours
   std::size_t not_finite = 0;  // pixels that were filled from their neighbours

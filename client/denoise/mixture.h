@@ -12,7 +12,7 @@ namespace tessera::client::denoise {
 /// R, G and B.
 using Picture = std::array<Plane, 3>;
 
-/// What denoising makes of each half.
+/// Each half, denoised.
 struct Candidate {
   const Picture &first, &second;
 };

@@ -1,4 +1,4 @@
-// What a denoiser looks at: the picture in two halves, how noisy it is, and what is seen where.
+// The input of a denoiser: the picture in two halves, how noisy it is, and what is seen where.
 #pragma once
 
 #include <array>

@@ -15,7 +15,7 @@ namespace {
 
 std::uint32_t mixed_block(std::uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; }
 
-/// What has been named so far.
+/// The names so far.
 class Manifest {
  public:
   explicit Manifest(const std::function<std::string(std::int64_t)>& name_of) : name_of_(name_of) {}

@@ -1,4 +1,4 @@
-// What a job will cost, by a survey: some of its parts, chosen at random, are rendered as the job would.
+// The cost of a job, by a survey: some of its parts, chosen at random, are rendered as the job would.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What a program's command line consists of. For the sources of this folder only.
+// The parts of a program's command line. For the sources of this folder only.
 #pragma once
 
 #include <memory>

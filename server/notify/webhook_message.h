@@ -1,4 +1,4 @@
-// What a webhook is sent, and by what its receiver knows that it is true.
+// The message of a webhook, and the signature by which its receiver knows that it is true.
 #pragma once
 
 #include <cstdint>

@@ -47,7 +47,7 @@ absl::Status Webhooks::check_webhook(const std::string& url) const {
 }
 
 void Webhooks::ended(const v1::JobStatus& status, const std::string& webhook) {
-  // What is allowed may have changed since the job was submitted.
+  // The list of those that are allowed may have changed since the job was submitted.
   const bool own = !webhook.empty() && webhook != options_.url && check_webhook(webhook).ok();
   const std::string body = end_message(status);
   {

@@ -21,7 +21,7 @@ struct ConfigOptions {
   std::string action = "show", key, value;
 };
 
-/// What holds now, and who says so.
+/// The settings that hold now, and who says so.
 struct Effective {
   std::string text, source;
 };

@@ -21,7 +21,7 @@ struct DoctorOptions {
 
 constexpr const char* kWords[] = {"ok", "note", "fault"};
 
-/// What the file says goes into `server`, unless the command line or the environment said it: those are
+/// Settings of the file go into `server`, unless the command line or the environment said it: those are
 /// seen by another value than the default.
 std::vector<Finding> examine_config(ServerOption& server) {
   const std::string path = config_path();

@@ -1,4 +1,4 @@
-// What `tessera doctor` looks at on this machine and at the coordinator.
+// The things that `tessera doctor` looks at on this machine and at the coordinator.
 #pragma once
 
 #include <string>

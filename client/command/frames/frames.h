@@ -20,7 +20,7 @@ absl::Status check_frames(const RenderOptions& options);
 /// it, and load_job() poses what the scene's own keys move.
 RenderOptions options_of_frame(const RenderOptions& all, std::int64_t frame);
 
-/// What is left to be done for a frame that has been started; returns its exit code.
+/// The rest of the work on a frame that has been started; returns its exit code.
 using FrameJob = std::function<int()>;
 /// Starts a frame. Null, with the exit code set, where that does not work.
 using StartFrame = std::function<FrameJob(const RenderOptions& frame, int& exit_code)>;

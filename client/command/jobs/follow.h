@@ -48,7 +48,7 @@ struct FollowOptions {
   std::function<void()> show_anew = {};
 };
 
-/// What is rendered of the film.
+/// The part of the film that is rendered.
 Window crop_of(const v1::JobSpec& spec);
 
 /// Follows the job to its end, with progress on stderr, and what happens to it meanwhile. Errors: those of

@@ -33,7 +33,7 @@ std::vector<std::string> environment_with(
   return environment;
 }
 
-/// What waitpid says of the command; negative where it could not be run.
+/// The status by waitpid; negative where the command could not be run.
 int run_in_shell(const std::string& command, const std::vector<std::string>& environment) {
   // Made before the fork, after which nothing may be allocated.
   std::vector<char*> variables;

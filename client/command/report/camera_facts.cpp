@@ -27,7 +27,7 @@ struct Screen {
   double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
 };
 
-/// What the display window shows of the plane z = 1.
+/// The part of the plane z = 1 that the display window shows.
 Screen screen_of(const v1::Camera& camera, const Window& display) {
   if (camera.screen_window_size() == 4) {
     return {camera.screen_window(0), camera.screen_window(1), camera.screen_window(2),

@@ -1,4 +1,4 @@
-// What an image file tells of the scene that it shows.
+// Attributes of an image file that tell of the scene that it shows.
 #pragma once
 
 #include "image/image.h"

@@ -1,4 +1,4 @@
-// What a part of a file holds, decided before anything is written.
+// The contents of a part of a file, decided before anything is written.
 #pragma once
 
 #include <cstddef>

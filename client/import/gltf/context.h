@@ -1,4 +1,4 @@
-// What every part of the glTF importer reads and writes.
+// The data that every part of the glTF importer reads and writes.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// What is chosen of a glTF file, which may hold several cameras, scenes, moments and looks.
+// Choices from a glTF file, which may hold several cameras, scenes, moments and looks.
 #pragma once
 
 #include <optional>

@@ -100,7 +100,7 @@ absl::Status check_track(const v1::Scene& scene, int number) {
   return absl::OkStatus();
 }
 
-/// Of a sound track.
+/// For a sound track.
 M44d matrix_at(const v1::Track& track, double frame) {
   const auto after =
       std::ranges::find_if(track.keys(), [&](const auto& key) { return key.frame() >= frame; });

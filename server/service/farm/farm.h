@@ -100,7 +100,7 @@ class Farm {
 
   // ---- who looks on (farm_views.cpp)
 
-  /// What follows from the job's spec. NotFound.
+  /// The job's shape, which follows from its spec. NotFound.
   absl::StatusOr<std::shared_ptr<const JobShape>> shape_of(const std::string& id);
   /// The payload of one result, by its sequence number. DataLoss where it cannot be read any more.
   absl::StatusOr<std::string> result_of(const std::string& id, std::uint64_t sequence);

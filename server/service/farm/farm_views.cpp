@@ -1,4 +1,4 @@
-// What is read of jobs for people who look on; nothing here changes a job.
+// Views of jobs for people who look on; nothing here changes a job.
 #include <utility>
 
 #include "absl/strings/str_cat.h"

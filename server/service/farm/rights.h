@@ -1,4 +1,4 @@
-// What a caller of the farm may see and change: the same for calls of gRPC and for the web page.
+// The rights of a caller of the farm, to see and to change: the same for calls of gRPC and for the web page.
 #pragma once
 
 #include <optional>

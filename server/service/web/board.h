@@ -32,7 +32,7 @@ class Board {
     bool all = false;               // forget all other rows
     bool empty() const { return rows.empty() && gone.empty() && !all; }
   };
-  /// What changed after `version`; 0: everything.
+  /// The changes after `version`; 0: everything.
   News since(std::uint64_t version) const;
 
  private:

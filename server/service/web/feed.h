@@ -22,7 +22,7 @@
 
 namespace tessera::server {
 
-/// What a page wants to hear of.
+/// The news that a page wants to hear.
 struct FeedWish {
   bool workers = false, log = false;                // besides jobs
   std::shared_ptr<ShownPicture> picture = nullptr;  // and this
@@ -62,7 +62,7 @@ class Feed {
     std::string in_work;
     std::chrono::steady_clock::time_point last{};
   };
-  /// What one caller may see, shared by all of their pages.
+  /// The rows that one caller may see, shared by all of their pages.
   struct View {
     Board jobs, workers;
     std::map<std::string, bool> may_see;                          // jobs of lines

@@ -1,4 +1,4 @@
-// What a browser asks, and what it is told.
+// Requests of a browser, and answers to it.
 #pragma once
 
 #include <map>

@@ -79,7 +79,7 @@ class Picture {
   std::optional<std::vector<PixelArea>> changed_since(std::uint64_t since) const;
 
  private:
-  /// What one pixel of the picture is made of.
+  /// The sums of one pixel of the picture.
   struct Cell {
     double weight = 0;  // samples
     double sum[3] = {0, 0, 0};

@@ -31,7 +31,7 @@ class ShownPicture {
   /// ResourceExhausted where it is made of too many results.
   absl::StatusOr<std::string> part(std::uint32_t level, const PixelArea& pixels);
 
-  /// What changed since a page was told, which may be everything.
+  /// The changes since a page was told, which may be everything.
   struct News {
     std::uint64_t generation = 0;  // the picture was begun anew so often
     std::uint64_t changes = 0;

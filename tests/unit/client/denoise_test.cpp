@@ -20,7 +20,7 @@ using ::testing::HasSubstr;
 
 constexpr int kSamples = 16;
 
-/// What the pixel shows without noise.
+/// The pixel without noise.
 using Truth = std::function<float(int x, int y)>;
 
 /// A picture of `kSamples` samples a pixel with errors of variance `noise`^2 a sample, normally distributed,

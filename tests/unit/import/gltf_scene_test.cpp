@@ -1,4 +1,4 @@
-// What becomes of sound glTF files.
+// Scenes that sound glTF files become.
 #include <cmath>
 #include <numbers>
 

@@ -15,7 +15,7 @@
 
 namespace tessera::render {
 
-/// What units of the picture read.
+/// The data that units of the picture read.
 struct NoisePrepared final : Prepared {
   std::shared_ptr<const Prepared> algorithm;  // what the algorithm's own phases have made, if it has any
   SampleCounts counts;

@@ -171,8 +171,8 @@ std::string building_key(const wire::AlgorithmTraits& algorithm, const v1::Scene
                       algorithm.lists_instances);
 }
 
-/// Takes out what only messages tell: names of shapes, which may have that of a frame's own file in them, and
-/// files that blobs came from.
+/// Takes out names of shapes, which may have that of a frame's own file in them, and files that blobs came
+/// from: only messages tell them.
 void clear_hints(google::protobuf::Message& message) {
   if (auto* const blob = google::protobuf::DynamicCastToGenerated<v1::BlobRef>(&message)) blob->clear_path();
   if (auto* const shape = google::protobuf::DynamicCastToGenerated<v1::Shape>(&message)) shape->clear_name();
@@ -181,6 +181,7 @@ void clear_hints(google::protobuf::Message& message) {
   reflection.ListFields(message, &fields);
   for (const google::protobuf::FieldDescriptor* field : fields) {
     if (field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) continue;
+    if (field->message_type() == v1::Instance::descriptor()) continue;  // millions, without either
     if (!field->is_repeated()) {
       clear_hints(*reflection.MutableMessage(&message, field));
       continue;

@@ -15,8 +15,8 @@
 
 namespace tessera::render {
 
-/// What is known of a block. Two halves of its pixels are kept apart, so that one can judge what was made of
-/// the other.
+/// The measurements of a block. Two halves of its pixels are kept apart, so that one can judge what was made
+/// of the other.
 struct PilotBlock {
   std::array<float, 2> error{};  // relMSE that single samples would have, by each half of the block's pixels
   float cost = 0;                // rays a sample

@@ -12,7 +12,7 @@
 
 namespace tessera::client::gltf {
 
-/// What a primitive has for its material to look at.
+/// The parts of a primitive that its material looks at.
 struct Vertices {
   bool has_uvs = false;
   bool has_color = false;  // attribute kColorAttribute
@@ -22,7 +22,7 @@ struct Vertices {
 inline constexpr const char* kColorAttribute = "COLOR_0";
 inline constexpr const char* kAlphaAttribute = "COLOR_0_ALPHA";
 
-/// What shapes take from a material.
+/// The parts of a material that shapes take.
 struct Matter {
   std::string material;
   std::string medium;  // inside; empty: none

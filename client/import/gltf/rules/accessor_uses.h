@@ -1,4 +1,4 @@
-// What accessors and buffer views are used for: each for one thing alone.
+// Uses of accessors and buffer views: each for one thing alone.
 #pragma once
 
 #include <cstdint>

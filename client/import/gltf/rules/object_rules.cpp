@@ -26,7 +26,7 @@ void check_camera(Context& context, const Json& camera, const std::string& place
   }
 }
 
-/// What an image is by its first bytes; empty for what is neither.
+/// The type of an image by its first bytes; empty for others.
 std::string type_of(std::string_view bytes) {
   if (bytes.starts_with("\x89PNG\r\n\x1a\n")) return "image/png";
   if (bytes.starts_with("\xff\xd8\xff")) return "image/jpeg";

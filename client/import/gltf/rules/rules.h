@@ -1,4 +1,4 @@
-// What glTF 2.0 demands of a file beyond the form of its objects: that they fit together, and that accessors
+// The rules of glTF 2.0 for a file beyond the form of its objects: that they fit together, and that accessors
 // hold what they are used for. A file that breaks such a rule is refused, whether or not its scene shows it.
 #pragma once
 

@@ -1,4 +1,4 @@
-// What accessors hold.
+// Values of accessors.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -31,7 +31,7 @@ class ValueCheck {
     bad_element_ = accessor.count;
     element_.assign(width, 0);
     if (is_sparse) {
-      // What was replaced does not count.
+      // Replaced values do not count.
       std::vector<float> values(accessor.count * width, 0.0f);
       if (!accessors_.visit(index, [&](std::size_t i, int c, double value) {
             values[i * width + static_cast<std::size_t>(c)] = static_cast<float>(value);
@@ -80,7 +80,7 @@ class ValueCheck {
     }
   }
 
-  /// What stands for 1.
+  /// The number that stands for 1.
   double largest() const {
     const bool is_byte = accessor_->component == Component::kByte;
     return !accessor_->is_integer() ? 1 : is_byte ? 127 : 32767;

@@ -21,7 +21,7 @@ struct Primitive {
   Vertices vertices() const { return {!mesh.uvs.empty(), !colors.empty(), !alphas.empty()}; }
 };
 
-/// What bends a mesh on a node: nothing where both are empty.
+/// The bending of a mesh on a node: none where both are empty.
 struct Deformation {
   std::vector<double> weights;                // of the morph targets
   std::vector<Imath::M44d> world_from_joint;  // inverse bind matrices included; empty: no skin

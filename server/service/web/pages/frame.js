@@ -6,7 +6,7 @@ const kSide = 256;      // pixels of a piece
 const kMostPieces = 400;
 const kMostFetches = 6;
 
-/// What a 16-bit float looks like: byte by its bits.
+/// The look of a 16-bit float: byte by its bits.
 class Tone {
   constructor() { this.table = new Uint8ClampedArray(65536); this.key = ""; }
   set(exposure, curve) {

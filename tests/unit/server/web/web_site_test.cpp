@@ -47,7 +47,7 @@ class WebSiteTest : public CoordinatorTest {
   unsigned act(const std::string& action, const std::string& id) {
     return post("/api/" + action, nlohmann::json{{"id", id}}.dump()).status;
   }
-  /// What a page hears within a few rounds, until it hears `awaited`.
+  /// The news that a page hears within a few rounds, until it hears `awaited`.
   std::string hear(EventStream& stream, const std::string& awaited) {
     std::string heard;
     std::mutex mutex;

@@ -160,12 +160,12 @@ struct Layers {
   static TESSERA_INLINE Spectrum behind_color(const BsdfParams& params) {
     return clamp(params.extended_spectra[slot::kBehindColor], 0.0f, 1.0f);
   }
-  /// What the coat reflects along a direction; where `under` it is not met.
+  /// The share that the coat reflects along a direction; where `under` it is not met.
   TESSERA_INLINE Float coat_energy(Vec3 w, Mask under) const {
     return select_or_zero(and_not(coat > 0.0f, under),
                           coat * coat_rows.at(abs_cos_theta(w)).of(Float(kCoatReflectance), Float(1.0f)));
   }
-  /// What the dielectric leaves to the base, along a direction.
+  /// The share that the dielectric leaves to the base, along a direction.
   TESSERA_INLINE Float base_factor(const LayerEnergy& energy) const {
     const Float extra = (1.0f - energy.mirror()) * between_facets(weakest, dielectric90, mean.mirror());
     return max(1.0f - energy.of(weakest, dielectric90) - extra, 0.0f);

@@ -1,5 +1,5 @@
-// What the upper layers of glTF's materials [model/gltf.cpp] reflect of the light along a direction: computed
-// when a scene with such materials is loaded.
+// The share that the upper layers of glTF's materials [model/gltf.cpp] reflect of the light along a
+// direction: computed when a scene with such materials is loaded.
 #pragma once
 
 #include <cstdint>

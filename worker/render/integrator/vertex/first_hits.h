@@ -1,4 +1,4 @@
-// What a compositor asks of camera rays' first hits beyond colour, normal and depth: places, motion, and
+// Values of camera rays' first hits for compositors, beyond colour, normal and depth: places, motion, and
 // which shape, material and asset it was. There where a job asks for any of them, and no part of a batch
 // else.
 #pragma once
