@@ -63,4 +63,13 @@ std::string escaped(std::string_view text, bool keep_lines) {
 std::string printable(std::string_view text) { return escaped(text, /*keep_lines=*/false); }
 std::string printable_lines(std::string_view text) { return escaped(text, /*keep_lines=*/true); }
 
+std::string_view beginning_of(std::string_view text, std::size_t bytes) {
+  if (text.size() <= bytes) return text;
+  const auto continues = [&](std::size_t i) { return (static_cast<unsigned char>(text[i]) & 0xc0) == 0x80; };
+  // A character has at most three bytes that continue it; more are not UTF-8 anyway.
+  std::size_t end = bytes;
+  while (end > 0 && bytes - end < 3 && continues(end)) --end;
+  return text.substr(0, continues(end) ? bytes : end);
+}
+
 }  // namespace tessera::base

@@ -2,6 +2,7 @@
 // is spelled out.
 #pragma once
 
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -14,5 +15,8 @@ std::string printable(std::string_view text);
 
 /// The same, but lines stay lines.
 std::string printable_lines(std::string_view text);
+
+/// The longest beginning of `text` that has at most `bytes` bytes and cuts no UTF-8 character in two.
+std::string_view beginning_of(std::string_view text, std::size_t bytes);
 
 }  // namespace tessera::base

@@ -69,6 +69,19 @@ class MessageAndFields final : public spdlog::custom_flag_formatter {
   const std::string worker_;
 };
 
+/// RFC 3339, UTC, milliseconds.
+std::string time_of(spdlog::log_clock::time_point time) {
+  const auto since_epoch = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch());
+  const auto whole = std::chrono::floor<std::chrono::seconds>(since_epoch);
+  const std::time_t seconds = whole.count();
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::string written(20, '\0');
+  written.resize(std::strftime(written.data(), written.size(), "%Y-%m-%dT%H:%M:%S", &utc));
+  const std::string fraction = std::to_string((since_epoch - whole).count());
+  return written + '.' + std::string(3 - fraction.size(), '0') + fraction + 'Z';
+}
+
 class JsonFormatter final : public spdlog::formatter {
  public:
   explicit JsonFormatter(std::string worker) : worker_(std::move(worker)) {}
@@ -89,19 +102,6 @@ class JsonFormatter final : public spdlog::formatter {
   }
 
  private:
-  /// RFC 3339, UTC, milliseconds.
-  static std::string time_of(spdlog::log_clock::time_point time) {
-    const auto since_epoch = std::chrono::floor<std::chrono::milliseconds>(time.time_since_epoch());
-    const auto whole = std::chrono::floor<std::chrono::seconds>(since_epoch);
-    const std::time_t seconds = whole.count();
-    std::tm utc{};
-    gmtime_r(&seconds, &utc);
-    std::string written(20, '\0');
-    written.resize(std::strftime(written.data(), written.size(), "%Y-%m-%dT%H:%M:%S", &utc));
-    const std::string fraction = std::to_string((since_epoch - whole).count());
-    return written + '.' + std::string(3 - fraction.size(), '0') + fraction + 'Z';
-  }
-
   const std::string worker_;
 };
 
@@ -118,6 +118,7 @@ void RecentLines::sink_it_(const spdlog::details::log_msg& message) {
   lines_.push_back({.number = ++count_,
                     .unix_ms = std::chrono::duration_cast<std::chrono::milliseconds>(since_epoch).count(),
                     .level = {level.data(), level.size()},
+                    .is_warning = message.level >= spdlog::level::warn,
                     .message = {message.payload.data(), message.payload.size()},
                     .job = std::string{fields.job},
                     .worker = std::string{fields.worker},
@@ -129,6 +130,24 @@ std::vector<LogLine> RecentLines::after(std::uint64_t after) {
   const std::lock_guard lock(mutex_);
   const std::uint64_t news = after >= count_ ? 0 : std::min<std::uint64_t>(count_ - after, lines_.size());
   return {lines_.end() - static_cast<std::ptrdiff_t>(news), lines_.end()};
+}
+
+std::vector<std::string> RecentLines::last_about(std::string_view job, std::size_t most_bytes) {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::string> chosen;
+  std::size_t left = most_bytes;
+  for (auto line = lines_.rbegin(); line != lines_.rend(); ++line) {
+    if (line->job.empty() ? !line->is_warning : line->job != job) continue;
+    const spdlog::log_clock::time_point time{std::chrono::milliseconds{line->unix_ms}};
+    std::string text = time_of(time) + " [" + line->level + "] " + base::printable(line->message);
+    // The latest one tells most: what fits of it is kept.
+    if (chosen.empty()) text = std::string{base::beginning_of(text, left)};
+    if (text.size() > left) break;
+    left -= text.size();
+    chosen.push_back(std::move(text));
+  }
+  std::ranges::reverse(chosen);
+  return chosen;
 }
 
 std::shared_ptr<RecentLines> keep_recent_lines() {

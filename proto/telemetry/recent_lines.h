@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace tessera::telemetry {
@@ -15,7 +16,8 @@ namespace tessera::telemetry {
 struct LogLine {
   std::uint64_t number = 0;  // from 1, in order
   std::int64_t unix_ms = 0;
-  std::string level;  // "info"
+  std::string level;        // "info"
+  bool is_warning = false;  // or worse
   std::string message;
   std::string job, worker, user;  // of the line's fields; empty where it has none
 };
@@ -27,6 +29,10 @@ class RecentLines final : public spdlog::sinks::base_sink<std::mutex> {
 
   /// Those after number `after`, oldest first.
   std::vector<LogLine> after(std::uint64_t after);
+
+  /// The last lines about this job, and warnings and errors about none, oldest first, as many as have
+  /// `most_bytes` together: "2026-01-31T12:00:00.000Z [error] message". Control characters are escaped.
+  std::vector<std::string> last_about(std::string_view job, std::size_t most_bytes);
 
  protected:
   void sink_it_(const spdlog::details::log_msg& message) override;

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 namespace tessera::server {
 
@@ -43,6 +44,7 @@ struct FarmEvent {
   std::int64_t value = 0;
   std::string host;
   std::string text;
+  std::vector<std::string> log = {};  // of failures: the worker's, which is not journaled
 };
 
 }  // namespace tessera::server

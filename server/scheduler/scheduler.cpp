@@ -152,14 +152,14 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
 }
 
 absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& token,
-                             const std::string& message, bool scene_fault, Time now) {
+                             const FailureReport& report, Time now) {
   const absl::StatusOr<FarmWorker*> worker = find_worker(worker_id, now);
   if (!worker.ok()) return worker.status();
   const absl::StatusOr<FarmJob*> job = find_open_job(token);
   if (!job.ok()) return job.status();
   const std::optional<LeaseId> lease = book_.find(**job, token, worker_id);
   if (!lease) return absl::OkStatus();  // given up before: somebody else is at it
-  faults_.fail(**job, *lease, message, scene_fault, now);
+  faults_.fail(**job, *lease, report, now);
   settle(**job);
   return absl::OkStatus();
 }

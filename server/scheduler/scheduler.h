@@ -149,11 +149,11 @@ class Scheduler {
   absl::StatusOr<CompleteDecision> complete(std::string_view worker, const v1::LeaseToken& token,
                                             const DeliveredResult& result, Time now);
 
-  /// The worker could not render the unit. Counts once a lease. With `scene_fault`, no other would do better:
-  /// the job ends when a second identity says so (a second host, where all are of one identity), or nobody
-  /// else can be asked.
-  absl::Status fail(std::string_view worker, const v1::LeaseToken& token, const std::string& message,
-                    bool scene_fault, Time now);
+  /// The worker could not render the unit. Counts once a lease. With `report.scene_fault`, no other would do
+  /// better: the job ends when a second identity says so (a second host, where all are of one identity), or
+  /// nobody else can be asked.
+  absl::Status fail(std::string_view worker, const v1::LeaseToken& token, const FailureReport& report,
+                    Time now);
 
   /// Gives up leases and workers whose time is over.
   Expiry advance(Time now);

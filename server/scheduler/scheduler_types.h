@@ -49,6 +49,13 @@ struct JobRequest {
   std::string bound = {};               // to this class, before a restart; empty: not yet
 };
 
+/// A worker's words on a unit that it could not render.
+struct FailureReport {
+  std::string message;
+  bool scene_fault = false;           // no other would do better
+  std::vector<std::string> log = {};  // the last lines of the worker's own, for people
+};
+
 /// One time that a unit was not rendered.
 struct UnitFailure {
   std::string host;

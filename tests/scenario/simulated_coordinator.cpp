@@ -182,8 +182,7 @@ void SimulatedCoordinator::fail(const std::string& worker, const v1::LeaseToken&
                                 Reply reply) {
   if (past(token.job_id()) != v1::JOB_STATE_UNSPECIFIED)
     return reply(absl::FailedPreconditionError("the job is over"));
-  if (absl::Status status = scheduler_.fail(worker, token, "out of memory", /*scene_fault=*/false, now);
-      !status.ok()) {
+  if (absl::Status status = scheduler_.fail(worker, token, {.message = "out of memory"}, now); !status.ok()) {
     return reply(status);
   }
   push({}, std::move(reply));

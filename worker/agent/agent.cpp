@@ -66,8 +66,9 @@ class Agent::Work {
                                       wire::kMaxLeasesPerCall)),
         heart_(link_, session_, leases_, drain_),
         outbox_(link_, session_, leases_, intake_, heart_,
-                kResultsPerThread * static_cast<std::size_t>(options_.threads),
-                std::min(kMaxSenders, options_.threads)) {}
+                {.capacity = kResultsPerThread * static_cast<std::size_t>(options_.threads),
+                 .senders = std::min(kMaxSenders, options_.threads),
+                 .recent_log = options_.recent_log}) {}
 
   /// Until `stop`, a drain request, or a refusal, which is the error.
   absl::Status work(std::stop_token stop) {
@@ -158,14 +159,16 @@ absl::Status Agent::Work::lease_units(std::stop_token stop) {
 
 void Agent::Work::render_units(std::stop_token halt) {
   while (std::shared_ptr<HeldUnit> unit = leases_.next(halt)) {
+    // Lines of this thread are about the unit, those of building its scene, too.
+    const telemetry::LogFields fields = unit->log_fields();
+    const telemetry::LogAbout about{fields};
     Outcome outcome = renderer_.render(unit);
     if (absl::IsCancelled(outcome.failure)) {
       leases_.release(*unit);
       continue;
     }
     if (!outcome.failure.ok()) {
-      telemetry::log(spdlog::level::err, unit->log_fields(), "unit {} of job {}: {}", unit->unit.index(),
-                     unit->job_id, outcome.failure.ToString());
+      spdlog::error("unit {} of job {}: {}", unit->unit.index(), unit->job_id, outcome.failure.ToString());
     }
     outbox_.push(std::move(outcome), halt);
   }

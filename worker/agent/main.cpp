@@ -21,8 +21,10 @@
 #include "options/program.h"
 #include "telemetry/log.h"
 #include "telemetry/metrics_server.h"
+#include "telemetry/recent_lines.h"
 #include "transport/channel.h"
 #include "transport/grpc_log.h"
+#include "wire/limits.h"
 #include "wire/version.h"
 
 namespace tessera {
@@ -119,7 +121,8 @@ std::string worker_name(const Options& options) {
   return options.name.empty() ? host_name() + ":" + std::to_string(::getpid()) : options.name;
 }
 
-agent::AgentOptions agent_options(const Options& options) {
+agent::AgentOptions agent_options(const Options& options,
+                                  const std::shared_ptr<telemetry::RecentLines>& lines) {
   agent::AgentOptions result;
   result.name = worker_name(options);
   result.host = options.name.empty() ? host_name() : options.name;
@@ -132,6 +135,7 @@ agent::AgentOptions agent_options(const Options& options) {
   result.cache_cap_bytes = options.cache_gigabytes * 1'000'000'000;
   result.unit_limit = std::chrono::seconds{options.unit_limit_seconds};
   result.grace = std::chrono::seconds{options.grace_seconds};
+  result.recent_log = [lines](const std::string& job) { return lines->last_about(job, wire::kMaxTextBytes); };
   return result;
 }
 
@@ -182,7 +186,7 @@ absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> serve_metrics(const Op
   return server;
 }
 
-int run_worker(const Options& options) {
+int run_worker(const Options& options, const std::shared_ptr<telemetry::RecentLines>& lines) {
   if (const absl::Status joined = join_where_asked(options); !joined.ok()) {
     spdlog::error("{}", std::string(joined.message()));
     return absl::IsInvalidArgument(joined) ? kUsage : kUnreachable;
@@ -194,7 +198,7 @@ int run_worker(const Options& options) {
     return absl::IsInvalidArgument(channel.status()) ? kUsage : kUnreachable;
   }
   if (options.memory_gigabytes > 0) limit_memory(options.memory_gigabytes);
-  const agent::AgentOptions worker = agent_options(options);
+  const agent::AgentOptions worker = agent_options(options, lines);
   if (worker.isas.empty()) {
     std::cerr << "tessera-worker: " << render::why_no_kernels() << '\n';
     return kUsage;
@@ -246,6 +250,7 @@ int main(int argc, char** argv) {
   }
   options.log.worker = tessera::worker_name(options);
   tessera::telemetry::set_up_log(options.log);
+  const auto lines = tessera::telemetry::keep_recent_lines();
   tessera::transport::log_grpc();
-  return tessera::run_worker(options);
+  return tessera::run_worker(options, lines);
 }

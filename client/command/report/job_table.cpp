@@ -2,6 +2,7 @@
 
 #include <google/protobuf/util/json_util.h>
 
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -200,8 +201,16 @@ void add_progress(const v1::GetJobResponse& job, Lines& lines) {
   }
 }
 
+/// The worker's last lines before a failure. Those of a unit that was set aside are listed twice, and have
+/// theirs once.
+void add_log(const v1::UnitFailure& failure, std::set<std::string>& told, Lines& lines) {
+  if (!told.insert(absl::StrJoin(failure.log(), "\n")).second) return;
+  for (const std::string& line : failure.log()) lines.add("", absl::StrCat("  | ", line));
+}
+
 void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
   const v1::JobStatus& status = job.status();
+  std::set<std::string> told;
   lines.add_if_any("error", status.error());
   lines.add_if_any("waits", status.waiting_for());
   lines.add_if_any("left out", status.left_out());
@@ -213,13 +222,15 @@ void add_trouble(const v1::GetJobResponse& job, Lines& lines) {
     lines.add("set aside", absl::StrCat("unit ", aside.unit().index(), ", ", place_of(aside.unit())));
     for (const v1::UnitFailure& failure : aside.failures()) {
       lines.add("", absl::StrCat("on ", failure.host(), ": ", failure.message()));
+      add_log(failure, told, lines);
     }
   }
   if (status.failures() > 0)
     lines.add("failures", absl::StrCat(status.failures(), ", of which the latest are"));
   for (const v1::FailedUnit& failed : status.latest_failures()) {
-    lines.add(
-        "", absl::StrCat(name_of(failed), " on ", failed.failure().host(), ": ", failed.failure().message()));
+    const v1::UnitFailure& failure = failed.failure();
+    lines.add("", absl::StrCat(name_of(failed), " on ", failure.host(), ": ", failure.message()));
+    add_log(failure, told, lines);
   }
 }
 

@@ -17,28 +17,28 @@ constexpr std::size_t kMassLoss = 4;
 
 }  // namespace
 
-void Faults::fail(FarmJob& job, LeaseId id, const std::string& message, bool scene_fault, Time now) {
+void Faults::fail(FarmJob& job, LeaseId id, const FailureReport& report, Time now) {
   const Lease lease = state_.leases.get(id);
   const std::string host = state_.workers.at(lease.worker).info.host;
   book_.drop(id);
   UnitFailure failure{.host = host,
-                      .message = message,
+                      .message = report.message,
                       .lost = false,
-                      .scene_fault = scene_fault,
+                      .scene_fault = report.scene_fault,
                       .grant = grant_id(lease.epoch, lease.attempt)};
-  if (!lease.audit && !scene_fault && lease.units.count > 1) {
-    cut_run(job, lease.units, failure);
+  if (!lease.audit && !report.scene_fault && lease.units.count > 1) {
+    cut_run(job, lease.units, failure, report.log);
   } else if (lease.audit) {
     // The unit is done, and no worse for it; nobody needs to try again.
     job.audits.erase(lease.units.first);
-    if (scene_fault) record_failure(job, lease.units.first, failure);
+    if (report.scene_fault) record_failure(job, lease.units.first, failure, report.log);
   } else {
-    add_failure(job, lease.units.first, std::move(failure), now);
+    add_failure(job, lease.units.first, std::move(failure), report.log, now);
   }
-  if (scene_fault && job.open()) {
-    job.scene_faults[host] = message;
+  if (report.scene_fault && job.open()) {
+    job.scene_faults[host] = report.message;
     bar(job, host, now);
-    judge_scene(job, message, now);
+    judge_scene(job, report.message, now);
   }
 }
 
@@ -56,11 +56,12 @@ bool Faults::blame_loss(LeaseId id, const WorkerInfo& worker, Time now) {
                             .lost = true,
                             .grant = grant_id(lease.epoch, lease.attempt)};
   const bool alone = lease.units.count == 1;
-  alone ? add_failure(job, lease.units.first, failure, now) : cut_run(job, lease.units, failure);
+  alone ? add_failure(job, lease.units.first, failure, {}, now) : cut_run(job, lease.units, failure, {});
   return alone;
 }
 
-void Faults::record_failure(const FarmJob& job, std::uint32_t unit, const UnitFailure& failure) {
+void Faults::record_failure(const FarmJob& job, std::uint32_t unit, const UnitFailure& failure,
+                            const std::vector<std::string>& log) {
   using Kind = FarmEvent::Kind;
   FarmEvent& event = state_.record(failure.lost          ? Kind::kUnitLost
                                    : failure.scene_fault ? Kind::kSceneFault
@@ -70,10 +71,12 @@ void Faults::record_failure(const FarmJob& job, std::uint32_t unit, const UnitFa
   event.value = failure.grant;
   event.host = failure.host;
   event.text = failure.message;
+  event.log = log;
 }
 
-void Faults::add_failure(FarmJob& job, std::uint32_t unit, UnitFailure failure, Time now) {
-  record_failure(job, unit, failure);
+void Faults::add_failure(FarmJob& job, std::uint32_t unit, UnitFailure failure,
+                         const std::vector<std::string>& log, Time now) {
+  record_failure(job, unit, failure, log);
   const std::string host = failure.host;
   const bool speaks_of_host = !failure.lost && !failure.scene_fault;
   job.failures[unit].push_back(std::move(failure));
@@ -82,13 +85,15 @@ void Faults::add_failure(FarmJob& job, std::uint32_t unit, UnitFailure failure, 
 }
 
 /// Which of its units was at fault is not known: they are tried in shorter runs, and in the end one by one.
-void Faults::cut_run(FarmJob& job, const UnitRun& units, const UnitFailure& failure) {
+void Faults::cut_run(FarmJob& job, const UnitRun& units, const UnitFailure& failure,
+                     const std::vector<std::string>& log) {
   FarmEvent& event =
       state_.record(failure.lost ? FarmEvent::Kind::kRunLost : FarmEvent::Kind::kRunFailed, job.request.id);
   event.unit = units.first;
   event.value = units.count;
   event.host = failure.host;
   event.text = failure.message;
+  event.log = log;
   shorten_runs(job, units);
 }
 

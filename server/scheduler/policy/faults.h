@@ -23,7 +23,7 @@ class Faults {
       : state_(state), trust_(trust), eligibility_(eligibility), book_(book), course_(course) {}
 
   /// The worker of this lease could not render its units (Scheduler::fail); the lease is over.
-  void fail(FarmJob& job, LeaseId id, const std::string& message, bool scene_fault, Time now);
+  void fail(FarmJob& job, LeaseId id, const FailureReport& report, Time now);
   /// Whether so many are gone at once that no unit is to blame.
   bool is_mass_loss(std::size_t workers) const;
   /// The worker of this lease was lost, and may have died of any of its units; the lease is over. Whether the
@@ -43,9 +43,12 @@ class Faults {
   void restore(FarmJob& job, const FarmEvent& event);
 
  private:
-  void record_failure(const FarmJob& job, std::uint32_t unit, const UnitFailure& failure);
-  void add_failure(FarmJob& job, std::uint32_t unit, UnitFailure failure, Time now);
-  void cut_run(FarmJob& job, const UnitRun& units, const UnitFailure& failure);
+  void record_failure(const FarmJob& job, std::uint32_t unit, const UnitFailure& failure,
+                      const std::vector<std::string>& log);
+  void add_failure(FarmJob& job, std::uint32_t unit, UnitFailure failure, const std::vector<std::string>& log,
+                   Time now);
+  void cut_run(FarmJob& job, const UnitRun& units, const UnitFailure& failure,
+               const std::vector<std::string>& log);
   static void shorten_runs(FarmJob& job, const UnitRun& units);
   void judge_scene(FarmJob& job, const std::string& message, Time now);
   void judge_host(FarmJob& job, std::uint32_t unit, const std::string& host, Time now);

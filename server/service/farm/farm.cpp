@@ -20,15 +20,18 @@ telemetry::LogFields fields_of(const JobEntry& entry) {
 /// For who watches the job.
 void note_failure(JobEntry& entry, const FarmEvent& event) {
   ++entry.failures;
-  v1::FailedUnit& failed = entry.latest_failures.emplace_back();
   const bool run_lost = event.kind == FarmEvent::Kind::kRunLost,
-             run_failed = event.kind == FarmEvent::Kind::kRunFailed;
-  failed.set_unit_index(event.unit);
-  if (run_lost || run_failed) failed.set_ranges(static_cast<std::uint32_t>(event.value));
-  failed.mutable_failure()->set_host(short_name(event.host));
-  failed.mutable_failure()->set_message(event.text);
-  failed.mutable_failure()->set_lost(run_lost || event.kind == FarmEvent::Kind::kUnitLost);
-  if (entry.latest_failures.size() > JobEntry::kLatestFailures) entry.latest_failures.pop_front();
+             run_failed = event.kind == FarmEvent::Kind::kRunFailed, is_run = run_lost || run_failed;
+  JobEntry::NotedFailure& noted = entry.noted_failures.emplace_back();
+  noted.grant = is_run ? 0 : event.value;
+  noted.failed.set_unit_index(event.unit);
+  if (is_run) noted.failed.set_ranges(static_cast<std::uint32_t>(event.value));
+  v1::UnitFailure& failure = *noted.failed.mutable_failure();
+  failure.set_host(short_name(event.host));
+  failure.set_message(event.text);
+  failure.set_lost(run_lost || event.kind == FarmEvent::Kind::kUnitLost);
+  *failure.mutable_log() = {event.log.begin(), event.log.end()};
+  if (entry.noted_failures.size() > JobEntry::kNotedFailures) entry.noted_failures.pop_front();
 }
 
 }  // namespace

@@ -59,6 +59,7 @@ absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
   if (!entry.ok()) return entry.status();
   v1::GetJobResponse response;
   *response.mutable_status() = describe(**entry);
+  add_failure_logs(**entry, view_of(**entry), *response.mutable_status());
   *response.mutable_spec() = (*entry)->shape->spec;
   for (const HostShare& slow : (*entry)->hosts.slow()) {
     v1::SlowHost& host = *response.add_slow_hosts();

@@ -1,9 +1,11 @@
 // Results of units, and failures.
 #include <algorithm>
 #include <optional>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "base/printable.h"
 #include "service/farm/farm.h"
 #include "service/farm/worker_calls.h"
 #include "service/job/result_check.h"
@@ -30,7 +32,22 @@ void log_lease(spdlog::level::level_enum level, const std::string& worker, const
       std::string(text));
 }
 
-std::string shortened(const std::string& text) { return text.substr(0, wire::kMaxTextBytes); }
+std::string shortened(std::string_view text) {
+  return std::string(base::beginning_of(text, wire::kMaxTextBytes));
+}
+
+/// The last lines, of as many bytes together as a text may have.
+std::vector<std::string> last_lines(const google::protobuf::RepeatedPtrField<std::string>& lines) {
+  std::vector<std::string> kept;
+  std::size_t left = wire::kMaxTextBytes;
+  for (auto line = lines.rbegin(); line != lines.rend(); ++line) {
+    if (!kept.empty() && line->size() > left) break;
+    kept.push_back(shortened(*line));
+    left -= std::min(left, kept.back().size() + 1);  // an empty line is not free, either
+  }
+  std::ranges::reverse(kept);
+  return kept;
+}
 
 }  // namespace
 
@@ -181,15 +198,16 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
                                                  absl::StrCat("its blob ", made.digest, " is gone")));
     }
   }
-  const std::string message = shortened(request.message());
-  const absl::Status failed =
-      scheduler_.fail(request.worker_id(), token, message, request.scene_fault(), now());
+  const FailureReport report{.message = shortened(request.message()),
+                             .scene_fault = request.scene_fault(),
+                             .log = last_lines(request.log())};
+  const absl::Status failed = scheduler_.fail(request.worker_id(), token, report, now());
   if (!failed.ok()) return done(failed);
   metrics_.failed();
   if (const auto known = registrations_.find(request.worker_id()); known != registrations_.end())
     ++known->second.failures;
   log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
-            absl::StrCat("failed: ", message));
+            absl::StrCat("failed: ", report.message));
   commit({}, {}, /*wait=*/true, std::move(done));
   lock.unlock();
   dispatcher_.notify_work();

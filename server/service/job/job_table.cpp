@@ -220,6 +220,16 @@ void retire(JobEntry& entry, JobView view) {
   entry.past = std::move(view);
 }
 
+namespace {
+
+/// The first of the noted failures that everyone hears of.
+std::size_t first_of_latest(const JobEntry& entry) {
+  const std::size_t count = entry.noted_failures.size();
+  return count - std::min(count, JobEntry::kLatestFailures);
+}
+
+}  // namespace
+
 v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   v1::JobStatus status;
   status.set_job_id(entry.id);
@@ -255,7 +265,10 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   for (const std::string& name : view.classes) status.add_arithmetic_classes(name);
   status.set_workers(view.workers);
   status.set_failures(entry.failures);
-  for (const v1::FailedUnit& failed : entry.latest_failures) *status.add_latest_failures() = failed;
+  for (std::size_t i = first_of_latest(entry); i < entry.noted_failures.size(); ++i) {
+    v1::FailedUnit& failed = *status.add_latest_failures() = entry.noted_failures[i].failed;
+    failed.mutable_failure()->clear_log();
+  }
   for (const std::string& note : view.notes) status.add_notes(note);
   for (const SetAsideView& aside : view.set_aside) {
     v1::SetAsideUnit& unit = *status.add_set_aside();
@@ -268,6 +281,27 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
     }
   }
   return status;
+}
+
+void add_failure_logs(const JobEntry& entry, const JobView& view, v1::JobStatus& status) {
+  for (int i = 0; i < status.latest_failures_size(); ++i) {
+    const v1::FailedUnit& noted =
+        entry.noted_failures[first_of_latest(entry) + static_cast<std::size_t>(i)].failed;
+    *status.mutable_latest_failures(i)->mutable_failure()->mutable_log() = noted.failure().log();
+  }
+  for (int i = 0; i < status.set_aside_size(); ++i) {
+    const SetAsideView& aside = view.set_aside[static_cast<std::size_t>(i)];
+    for (std::size_t k = 0; k < aside.failures.size(); ++k) {
+      const auto noted =
+          std::ranges::find_if(entry.noted_failures, [&](const JobEntry::NotedFailure& failure) {
+            return failure.failed.unit_index() == aside.unit && failure.grant == aside.failures[k].grant &&
+                   failure.grant != 0;
+          });
+      if (noted == entry.noted_failures.end()) continue;
+      v1::SetAsideUnit& unit = *status.mutable_set_aside(i);
+      *unit.mutable_failures(static_cast<int>(k))->mutable_log() = noted->failed.failure().log();
+    }
+  }
 }
 
 JobStats stats_of(const JobEntry& entry) {

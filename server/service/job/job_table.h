@@ -67,11 +67,16 @@ struct JobEntry {
   std::uint32_t times_reopened = 0;
 
   // For people who wait; since the coordinator started.
-  static constexpr std::size_t kLatestFailures = 16;
+  static constexpr std::size_t kLatestFailures = 16, kNotedFailures = 64;
   std::uint64_t units = 0;  // that results brought
   CompletionRate rate = {};
   std::uint64_t failures = 0;
-  std::deque<v1::FailedUnit> latest_failures = {};
+  /// A failure with the worker's log.
+  struct NotedFailure {
+    v1::FailedUnit failed;
+    std::int64_t grant = 0;  // UnitFailure::grant; 0: of a run
+  };
+  std::deque<NotedFailure> noted_failures = {};  // oldest first
 };
 
 /// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of
@@ -112,6 +117,9 @@ void recall(JobEntry& entry, const JobRecord& record);
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record);
 
 v1::JobStatus status_of(const JobEntry& entry, const JobView& view);
+
+/// Puts the workers' logs to the failures of `status`, which is that of `entry` and `view`.
+void add_failure_logs(const JobEntry& entry, const JobView& view, v1::JobStatus& status);
 
 inline bool is_open(v1::JobState state) { return state == v1::QUEUED || state == v1::RUNNING; }
 

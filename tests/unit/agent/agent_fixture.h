@@ -98,6 +98,7 @@ class AgentTest : public ::testing::Test {
     options.cache_dir = cache_.path();
     options.grace = grace;
     options.unit_limit = unit_limit;
+    options.recent_log = [](const std::string& job) { return std::vector{"the last of " + job}; };
     options.load_scene =
         [this](const v1::Scene& scene, const v1::JobSpec& job, const render::BlobSource& blobs,
                const render::LoadOptions&) -> absl::StatusOr<std::unique_ptr<render::RenderScene>> {

@@ -162,6 +162,7 @@ TEST_F(AgentTest, ABadSceneIsReportedAsTheScenesFault) {
   EXPECT_TRUE(stop_and_join().ok());
   EXPECT_TRUE(coordinator_.failures()[0].scene_fault());
   EXPECT_THAT(coordinator_.failures()[0].message(), HasSubstr("material 'x'"));
+  EXPECT_THAT(coordinator_.failures()[0].log(), testing::ElementsAre("the last of job"));
 }
 
 TEST_F(AgentTest, AnyOtherFailureIsNotTheScenesFault) {

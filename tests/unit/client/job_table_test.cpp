@@ -118,6 +118,30 @@ TEST(JobTable, AJobSaysWhoRendersIt) {
   EXPECT_THAT(job_text(response), HasSubstr("name        one\\ntwo\n"));
 }
 
+TEST(JobTable, AFailureHasTheWorkersLog) {
+  v1::GetJobResponse response;
+  v1::JobStatus& status = *response.mutable_status();
+  status = running_job();
+  v1::UnitFailure failure;
+  failure.set_host("render7");
+  failure.set_message("no texture");
+  failure.add_log("12:00 [warning] the disk is full");
+  failure.add_log("12:01 [error] unit 7\x1b[2J");
+  v1::SetAsideUnit& aside = *status.add_set_aside();
+  aside.mutable_unit()->set_index(7);
+  *aside.add_failures() = failure;
+  v1::FailedUnit& latest = *status.add_latest_failures();
+  latest.set_unit_index(7);
+  *latest.mutable_failure() = failure;
+  status.set_failures(1);
+  const std::string text = job_text(response);
+  const std::string log =
+      "              | 12:00 [warning] the disk is full\n"
+      "              | 12:01 [error] unit 7\\x1b[2J\n";
+  EXPECT_THAT(text, HasSubstr("            on render7: no texture\n" + log));
+  EXPECT_EQ(text.find(log), text.rfind(log)) << "told twice";
+}
+
 TEST(JobSelection, ABeginningNamesAJobWhereItIsUnique) {
   const std::vector<std::string> all{"4f0c2a11", "4f0d0000", "91be07aa"};
   EXPECT_EQ(find_job_id(all, "9").value(), "91be07aa");

@@ -10,6 +10,7 @@
 #include <sstream>
 
 #include "telemetry/line_limit.h"
+#include "telemetry/recent_lines.h"
 
 namespace tessera::telemetry {
 namespace {
@@ -113,6 +114,22 @@ TEST(LineLimit, TenAMinuteAndTheRestCounted) {
   EXPECT_TRUE(next.write);
   EXPECT_EQ(next.left_out, 15);
   EXPECT_EQ(limit.count(start + std::chrono::seconds{200}).left_out, 0);
+}
+
+TEST_F(Log, TheLastLinesAboutAJobAreKept) {
+  use(LogFormat::kText);
+  const std::shared_ptr<RecentLines> lines = keep_recent_lines();
+  spdlog::warn("the disk is slow");
+  spdlog::info("about nothing");
+  log(spdlog::level::info, {.job = "4f0c"}, "scene\nbuilt");
+  log(spdlog::level::err, {.job = "91be"}, "of another job");
+  log(spdlog::level::err, {.job = "4f0c", .unit = 7}, "unit 7 failed");
+  EXPECT_THAT(lines->last_about("4f0c", 4096),
+              testing::ElementsAre(EndsWith("Z [warning] the disk is slow"),
+                                   EndsWith("Z [info] scene\\nbuilt"), EndsWith("Z [error] unit 7 failed")));
+  const std::size_t last = std::string{"2026-01-31T12:00:00.000Z [error] unit 7 failed"}.size();
+  EXPECT_THAT(lines->last_about("4f0c", last + 20), testing::ElementsAre(EndsWith("unit 7 failed")));
+  EXPECT_THAT(lines->last_about("4f0c", last - 3), testing::ElementsAre(EndsWith("unit 7 fai")));
 }
 
 }  // namespace

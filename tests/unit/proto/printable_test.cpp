@@ -41,6 +41,17 @@ TEST(Printable, SpellsOutBytesThatAreNotUtf8) {
   EXPECT_EQ(printable("ab\xe2\x80"), "ab\\xe2\\x80");                // cut
 }
 
+TEST(Printable, BeginningsEndBetweenCharacters) {
+  EXPECT_EQ(beginning_of("one", 3), "one");
+  EXPECT_EQ(beginning_of("one", 2), "on");
+  EXPECT_EQ(beginning_of("", 0), "");
+  const std::string text = "a\u00fc\u6e32\U0001f3ac";  // of 1, 2, 3 and 4 bytes
+  const std::size_t ends[] = {0, 1, 1, 3, 3, 3, 6, 6, 6, 6, 10};
+  for (std::size_t bytes = 0; bytes < std::size(ends); ++bytes)
+    EXPECT_EQ(beginning_of(text, bytes).size(), ends[bytes]) << bytes;
+  EXPECT_EQ(beginning_of("\x80\x80\x80\x80\x80\x80", 5).size(), 5u) << "not UTF-8, and cut anywhere";
+}
+
 TEST(Printable, GoesThroughWholeMessages) {
   v1::GetJobResponse response;
   response.mutable_status()->set_name("a\x1b[31m");

@@ -138,12 +138,13 @@ grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Leas
 }
 
 grpc::Status CoordinatorTest::fail(const std::string& worker, const v1::Lease& lease,
-                                   const std::string& message) {
+                                   const std::string& message, const std::vector<std::string>& log) {
   grpc::ClientContext context;
   v1::FailRequest request;
   request.set_worker_id(worker);
   *request.mutable_token() = lease.token();
   request.set_message(message);
+  for (const std::string& line : log) request.add_log(line);
   v1::FailResponse response;
   return work_->Fail(&context, request, &response);
 }

@@ -44,7 +44,8 @@ class CoordinatorTest : public testing::Test {
   /// `took`: what the worker says that rendering took; 0: it does not say.
   grpc::Status complete(const std::string& worker, const v1::Lease& lease, const std::string& payload,
                         std::chrono::milliseconds took = {});
-  grpc::Status fail(const std::string& worker, const v1::Lease& lease, const std::string& message);
+  grpc::Status fail(const std::string& worker, const v1::Lease& lease, const std::string& message,
+                    const std::vector<std::string>& log = {});
 
   ManualClock clock_;  // of coordinators that are given it
   std::unique_ptr<Coordinator> coordinator_;

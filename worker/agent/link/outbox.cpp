@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "base/printable.h"
 #include "telemetry/log.h"
 #include "transport/backoff.h"
 #include "transport/status.h"
@@ -31,9 +32,15 @@ absl::Status upload(CoordinatorLink& link, const Outcome& outcome, std::stop_tok
 }  // namespace
 
 Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
-               std::size_t capacity, int senders)
-    : link_(link), session_(session), leases_(leases), intake_(intake), heart_(heart), capacity_(capacity) {
-  for (int i = 0; i < senders; ++i) senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
+               Options options)
+    : link_(link),
+      session_(session),
+      leases_(leases),
+      intake_(intake),
+      heart_(heart),
+      options_(std::move(options)) {
+  for (int i = 0; i < options_.senders; ++i)
+    senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
 }
 
 Outbox::~Outbox() {
@@ -42,7 +49,7 @@ Outbox::~Outbox() {
 
 bool Outbox::push(Outcome outcome, std::stop_token stop) {
   std::unique_lock lock{mutex_};
-  const bool room = room_.wait(lock, stop, [this] { return queue_.size() < capacity_; });
+  const bool room = room_.wait(lock, stop, [this] { return queue_.size() < options_.capacity; });
   if (!room) {
     leases_.release(*outcome.unit);
     return false;
@@ -67,7 +74,7 @@ void Outbox::send_all(std::stop_token stop) {
     std::unique_lock lock{mutex_};
     if (!filled_.wait(lock, stop, [this] { return !queue_.empty(); })) return;
     Outcome outcome = std::move(queue_.front());
-    const bool was_full = queue_.size() == capacity_;
+    const bool was_full = queue_.size() == options_.capacity;
     queue_.pop_front();
     lock.unlock();
     if (was_full) room_.notify_all();
@@ -151,7 +158,11 @@ absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker
   v1::FailRequest request;
   request.set_worker_id(worker_id);
   *request.mutable_token() = leases_.token(*outcome.unit);
-  request.set_message(std::string{outcome.failure.message().substr(0, kMaxFailureMessage)});
+  const absl::string_view message = outcome.failure.message();
+  request.set_message(std::string{base::beginning_of({message.data(), message.size()}, kMaxFailureMessage)});
+  if (options_.recent_log) {
+    for (std::string& line : options_.recent_log(outcome.unit->job_id)) request.add_log(std::move(line));
+  }
   request.set_scene_fault(outcome.scene_fault);
   return link_.fail(request, stop);
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <stop_token>
@@ -35,9 +36,14 @@ struct Outcome {
 /// queued.
 class Outbox {
  public:
-  /// At most `capacity` results wait; `senders` calls run at once.
+  struct Options {
+    std::size_t capacity = 1;  // results that may wait
+    int senders = 1;           // calls that run at once
+    std::function<std::vector<std::string>(const std::string& job_id)> recent_log = {};  // of AgentOptions
+  };
+
   Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
-         std::size_t capacity, int senders);
+         Options options);
   ~Outbox();
 
   /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
@@ -56,7 +62,7 @@ class Outbox {
   LeaseTable& leases_;
   LeaseIntake& intake_;
   Heart& heart_;
-  const std::size_t capacity_;
+  const Options options_;
   mutable std::mutex mutex_;
   std::condition_variable_any filled_, room_;
   std::deque<Outcome> queue_;

@@ -121,15 +121,15 @@ TEST_F(PoliciesTest, OneHostAloneIsTakenOutOfAJobAndAUnitOfManyIsSetAside) {
   FarmWorker &first = add_worker("1", "a"), &second = add_worker("2", "b"), &third = add_worker("3", "c");
   job.units.finish({.sequence = 1, .units = {.first = 3}});  // else three failures would end the job
   for (const std::uint32_t unit : {0u, 1u, 2u})
-    faults.fail(job, lease(book, job, first, unit), "out of memory", /*scene_fault=*/false, Time{5});
+    faults.fail(job, lease(book, job, first, unit), {.message = "out of memory"}, Time{5});
   EXPECT_FALSE(eligibility.may_work_on(first, job, Time{6}));
   EXPECT_TRUE(eligibility.may_work_on(first, job, Time{5} + Faults::kFirstBar));
   EXPECT_TRUE(eligibility.may_work_on(second, job, Time{6}));
 
   EXPECT_TRUE(eligibility.avoids(first, job, 1)) << "others could take it";
-  faults.fail(job, lease(book, job, second, 1), "out of memory", false, Time{7});
+  faults.fail(job, lease(book, job, second, 1), {.message = "out of memory"}, Time{7});
   EXPECT_EQ(job.units.state(1), UnitState::kPending);
-  faults.fail(job, lease(book, job, third, 1), "out of memory", false, Time{8});
+  faults.fail(job, lease(book, job, third, 1), {.message = "out of memory"}, Time{8});
   EXPECT_EQ(job.units.state(1), UnitState::kSetAside);
   EXPECT_THAT(faults.what_is_missing(job), testing::HasSubstr("unit 1 failed 3 times"));
   faults.reopen(job);
