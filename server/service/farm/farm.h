@@ -104,9 +104,11 @@ class Farm {
   absl::StatusOr<std::shared_ptr<const JobShape>> shape_of(const std::string& id);
   /// The payload of one result, by its sequence number. DataLoss where it cannot be read any more.
   absl::StatusOr<std::string> result_of(const std::string& id, std::uint64_t sequence);
-  /// What the results `after + 1`, ... cost, `most` of them at most.
+  /// Costs of the results `after + 1`, ..., `most` of them at most.
   absl::StatusOr<std::vector<v1::UnitStats>> costs_of(const std::string& id, std::uint64_t after,
                                                       std::uint32_t most);
+  /// The blob that the job's last phase made. NotFound where there is none, or not yet, or not any more.
+  absl::StatusOr<std::string> last_phase_of(const std::string& id);
   /// Pixels that workers, named by their ids, are rendering for the job: `most` leases at most.
   struct PixelsInWork {
     v1::PixelRect pixels;

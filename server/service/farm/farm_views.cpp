@@ -1,4 +1,6 @@
 // Views of jobs for people who look on; nothing here changes a job.
+#include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -27,6 +29,21 @@ absl::StatusOr<std::vector<v1::UnitStats>> Farm::costs_of(const std::string& id,
       return absl::DataLossError(absl::StrCat("journal: cost of result ", after + i + 1, " of job ", id));
   }
   return costs;
+}
+
+absl::StatusOr<std::string> Farm::last_phase_of(const std::string& id) {
+  std::optional<std::string> digest;
+  {
+    const std::lock_guard lock(mutex_);
+    const absl::StatusOr<JobEntry*> entry = find_job(id);
+    if (!entry.ok()) return entry.status();
+    const std::vector<std::uint32_t>& roots = (*entry)->shape->plan->phases().roots();
+    if (!roots.empty()) digest = (*entry)->phase_blobs.made_by(roots.back());
+  }
+  if (!digest) return absl::NotFoundError(absl::StrCat("job ", id, " has no blob of a last phase"));
+  const absl::StatusOr<std::unique_ptr<BlobReader>> blob = blobs_.read(*digest);
+  if (!blob.ok()) return blob.status();
+  return (*blob)->read(0, (*blob)->size());
 }
 
 std::vector<Farm::PixelsInWork> Farm::in_work(const std::string& id, std::size_t most) {

@@ -8,6 +8,13 @@
 #include "wire/digest.h"
 
 namespace tessera::server {
+namespace {
+
+std::string hex_of(const std::array<char, 32>& digest) {
+  return absl::BytesToHexString({digest.data(), digest.size()});
+}
+
+}  // namespace
 
 void PhaseBlobs::note(std::uint32_t unit, const std::string& digest, std::uint64_t sequence) {
   Entry& entry = made_[unit];
@@ -22,16 +29,19 @@ std::vector<PhaseBlobs::Made> PhaseBlobs::inputs(const PhasePlan& phases, std::u
     const auto found = made_.find(source);
     if (found == made_.end()) continue;
     const Entry& entry = found->second;
-    inputs.push_back({.unit = source,
-                      .digest = absl::BytesToHexString({entry.digest.data(), entry.digest.size()}),
-                      .sequence = entry.sequence});
+    inputs.push_back({.unit = source, .digest = hex_of(entry.digest), .sequence = entry.sequence});
   }
   return inputs;
 }
 
 void PhaseBlobs::for_each_digest(const std::function<void(std::string)>& visit) const {
-  for (const auto& [unit, entry] : made_)
-    visit(absl::BytesToHexString({entry.digest.data(), entry.digest.size()}));
+  for (const auto& [unit, entry] : made_) visit(hex_of(entry.digest));
+}
+
+std::optional<std::string> PhaseBlobs::made_by(std::uint32_t unit) const {
+  const auto found = made_.find(unit);
+  if (found == made_.end()) return std::nullopt;
+  return hex_of(found->second.digest);
 }
 
 void PhaseBlobs::keep(const std::vector<std::uint32_t>& units) {

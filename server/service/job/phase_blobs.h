@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,8 @@ class PhaseBlobs {
   void note(std::uint32_t unit, const std::string& digest, std::uint64_t sequence);
   /// Blobs that the unit reads, in the order in which it reads them; units that made none are left out.
   std::vector<Made> inputs(const PhasePlan& phases, std::uint32_t unit) const;
+  /// Digest of the blob that the unit made.
+  std::optional<std::string> made_by(std::uint32_t unit) const;
   void for_each_digest(const std::function<void(std::string digest)>& visit) const;
   /// Forgets all but those of these units.
   void keep(const std::vector<std::uint32_t>& units);

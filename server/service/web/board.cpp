@@ -21,21 +21,42 @@ double seconds_of(const google::protobuf::Duration& duration) {
   return static_cast<double>(google::protobuf::util::TimeUtil::DurationToMilliseconds(duration)) / 1e3;
 }
 
-Json json_of(const v1::UnitFailure& failure) {
-  return {{"host", failure.host()}, {"message", failure.message()}, {"lost", failure.lost()}};
-}
-
 Json list_of(const google::protobuf::RepeatedPtrField<std::string>& texts) {
   Json list = Json::array();
   for (const std::string& text : texts) list.push_back(text);
   return list;
 }
 
+Json json_of(const v1::UnitFailure& failure) {
+  return {{"host", failure.host()},
+          {"message", failure.message()},
+          {"lost", failure.lost()},
+          {"log", list_of(failure.log())}};
+}
+
+/// Says where a layer's numbers come from, where that is not plain.
+const char* about(const PictureLayer& layer) {
+  if (layer.kind != PictureLayer::Kind::kNoise) return "";
+  switch (layer.noise) {
+    case PictureLayer::Noise::kSpread:
+      return "Standard error of a pixel's luminance, from the spread of the means of its results. "
+             "Nothing where there is one result.";
+    case PictureLayer::Noise::kVariance:
+      return "Standard error of a pixel's luminance, from the variance of its samples (--aov variance), as "
+             "if they were independent: rather too much than too little.";
+    case PictureLayer::Noise::kPilot:
+      return "Standard error of a pixel's luminance that the job's pilot foresaw for its block of 8 x 8 "
+             "pixels, by the samples that the pixel took, as if each counted for one pixel: rather too much "
+             "than too little. With --aov variance it is measured.";
+  }
+  return "";
+}
+
 Json settings_of(const v1::JobSpec& spec) {
   const v1::PixelRect& crop = spec.cut().crop();
   Json layers = Json::array();
-  for (const PictureLayer& layer : layers_of(wire::channels_of(spec.view())))
-    layers.push_back({{"name", layer.name}, {"color", layer.is_color()}});
+  for (const PictureLayer& layer : layers_of(wire::channels_of(spec.view()), spec.samples().noise() > 0))
+    layers.push_back({{"name", layer.name}, {"color", layer.is_color()}, {"about", about(layer)}});
   return {{"width", spec.view().width()},
           {"height", spec.view().height()},
           {"crop", {crop.x0(), crop.y0(), crop.x1(), crop.y1()}},

@@ -49,12 +49,13 @@ class Board {
   std::uint64_t version_ = 1, round_ = 0, order_ = 0;
 };
 
-/// What a page shows of a job in a list, and of a worker; values that change all the time are rounded, so
+/// The row of a job in a page's list, and of a worker; values that change all the time are rounded, so
 /// that rows change seldom.
 std::string row_of(const v1::JobStatus& job);
 /// `heartbeats`: how often it is to be heard of.
 std::string row_of(const v1::WorkerStatus& worker, std::chrono::milliseconds heartbeats);
-/// All that is known of one job: its units that were set aside, failures, notes, warnings, and settings.
+/// Everything that is known of one job: its units that were set aside, failures, notes, warnings, and
+/// settings.
 std::string details_of(const v1::GetJobResponse& job);
 
 }  // namespace tessera::server

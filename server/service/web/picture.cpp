@@ -14,6 +14,7 @@ namespace tessera::server {
 namespace {
 
 using Kind = PictureLayer::Kind;
+using Noise = PictureLayer::Noise;
 
 /// Rec. 709.
 constexpr double kLuminance[3] = {0.2126, 0.7152, 0.0722};
@@ -46,13 +47,27 @@ std::size_t bands_of(const PictureLayer& layer) {
   return has_channels ? std::min<std::size_t>(3, layer.channels.size()) : 1;
 }
 
+PictureLayer noise_layer(const std::vector<wire::ChannelDesc>& channels,
+                         const std::vector<std::size_t>& color, bool has_pilot) {
+  PictureLayer layer{.name = "noise", .kind = Kind::kNoise, .channels = color};
+  if (!has_pilot) return layer;
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    const bool of_color = std::ranges::find(color, std::size_t{channels[c].of}) != color.end();
+    if (channels[c].kind == wire::ChannelKind::kSquaredDeviation && of_color) layer.channels.push_back(c);
+  }
+  const bool has_variance = layer.channels.size() == 2 * color.size();
+  layer.noise = has_variance ? Noise::kVariance : Noise::kPilot;
+  if (!has_variance) layer.channels = color;
+  return layer;
+}
+
 }  // namespace
 
 PixelArea intersection(const PixelArea& a, const PixelArea& b) {
   return {std::max(a.x0, b.x0), std::max(a.y0, b.y0), std::min(a.x1, b.x1), std::min(a.y1, b.y1)};
 }
 
-std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channels) {
+std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channels, bool has_pilot) {
   std::vector<PictureLayer> layers;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].kind == wire::ChannelKind::kSquaredDeviation) continue;
@@ -64,7 +79,7 @@ std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channe
     layers.back().channels.push_back(c);
   }
   if (!layers.empty() && layers.front().is_color())
-    layers.push_back({.name = "noise", .kind = Kind::kNoise, .channels = layers.front().channels});
+    layers.push_back(noise_layer(channels, layers.front().channels, has_pilot));
   layers.push_back({.name = "samples", .kind = Kind::kSamples, .channels = {}});
   layers.push_back({.name = "cost", .kind = Kind::kCost, .channels = {}});
   return layers;
@@ -126,14 +141,9 @@ void Picture::add_row(const wire::TileResult& result, std::uint32_t y, const Pix
       case Kind::kFirst:
         if (weights_[to] == 0) sums_[to] = value(0);
         break;
-      case Kind::kNoise: {
-        if (count == 0) break;
-        const double light = kLuminance[0] * value(0) + kLuminance[1] * value(1) + kLuminance[2] * value(2);
-        sums_[to] += static_cast<float>(light);
-        squares_[to] += static_cast<float>(light * light / count);
-        ++parts_[to];
-        break;
-      }
+      case Kind::kNoise:
+        add_noise(result, x, y, to);
+        continue;
       case Kind::kSamples:
         // The mean over the pixels of a cell, like all else.
         sums_[to] += count;
@@ -144,6 +154,48 @@ void Picture::add_row(const wire::TileResult& result, std::uint32_t y, const Pix
     }
     weights_[to] += count;
   }
+}
+
+/// Where one result is all that a pixel has, `squares_` is the variance of its sum, as if its samples were
+/// independent, and channels erred together: rather too much than too little.
+void Picture::add_noise(const wire::TileResult& result, std::uint32_t x, std::uint32_t y, std::size_t to) {
+  const std::size_t pixels = result.pixel_count();
+  const std::size_t from = std::size_t{y - result.y0} * (result.x1 - result.x0) + (x - result.x0);
+  const double count = result.counts[from];
+  if (count == 0) return;
+  const auto luminance = [&](std::size_t first, auto&& value) {
+    double sum = 0;
+    for (std::size_t band = 0; band < 3; ++band)
+      sum += kLuminance[band] * value(double{result.values[layer_.channels[first + band] * pixels + from]});
+    return sum;
+  };
+  const double light = luminance(0, [](double sum) { return sum; });
+  double squares = light * light / count;
+  if (layer_.noise == Noise::kVariance) {
+    if (count < 2) return;
+    const double error =
+        luminance(3, [&](double deviations) { return std::sqrt(deviations * count / (count - 1)); });
+    squares = error * error;
+  } else if (layer_.noise == Noise::kPilot) {
+    const wire::PilotBlock* const block = pilot_ == nullptr ? nullptr : pilot_->at(x, y);
+    if (block == nullptr) return;
+    const double mean = light / count, error = (double{block->error[0]} + double{block->error[1]}) / 2;
+    squares = error * (mean * mean + wire::kPilotDarkness) * count;
+  }
+  weights_[to] += static_cast<float>(count);
+  sums_[to] += static_cast<float>(light);
+  squares_[to] += static_cast<float>(squares);
+  ++parts_[to];
+}
+
+/// Standard error of the mean of a cell that has at least one result; NaN where that cannot be told.
+double Picture::noise_of(const Cell& cell) const {
+  if (layer_.noise != Noise::kSpread) return std::sqrt(cell.squares) / cell.weight;
+  if (cell.parts < 2) return std::numeric_limits<double>::quiet_NaN();
+  // Each result's mean is an estimate by itself: the weighted variance between them, of their mean.
+  const double mean = cell.sum[0] / cell.weight;
+  const double spread = std::max(0.0, cell.squares - cell.weight * mean * mean);
+  return std::sqrt(spread / ((cell.parts - 1) * cell.weight));
 }
 
 void Picture::merge(Cell& into, const Cell& cell) const {
@@ -168,12 +220,13 @@ Picture::Cell Picture::cell_at(std::uint32_t level, std::uint32_t x, std::uint32
       const std::size_t at = std::size_t{v} * width_ + u;
       Cell cell{.weight = weights_[at]};
       for (std::size_t band = 0; band < bands_; ++band) cell.sum[band] = sums_[band * weights_.size() + at];
-      if (layer_.kind == Kind::kNoise && parts_[at] > 1) {
-        // Each result's mean is an estimate by itself: the weighted variance between them, of their mean.
-        const double mean = cell.sum[0] / cell.weight;
-        const double spread = std::max(0.0, squares_[at] - cell.weight * mean * mean);
-        noise += std::sqrt(spread / ((parts_[at] - 1) * cell.weight));
-        cells += 1;
+      if (layer_.kind == Kind::kNoise && parts_[at] > 0) {
+        cell.squares = squares_[at];
+        cell.parts = parts_[at];
+        if (const double error = noise_of(cell); !std::isnan(error)) {
+          noise += error;
+          cells += 1;
+        }
       }
       merge(all, cell);
     }

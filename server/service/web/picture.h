@@ -3,11 +3,14 @@
 
 #include <cstdint>
 #include <deque>
+#include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "wire/noise_pilot_blob.h"
 #include "wire/tile_result.h"
 
 namespace tessera::server {
@@ -34,15 +37,25 @@ struct PictureLayer {
     kCost      // CPU seconds that a pixel's tile took, of its 1024 pixels
   };
 
+  /// Origin of kNoise.
+  enum class Noise {
+    kSpread,    // how far the means of a pixel's results are apart
+    kVariance,  // the results' own variance of samples
+    kPilot      // what the job's pilot foresaw
+  };
+
   std::string name;  // "color", "alpha", "albedo", "noise", ...
   Kind kind = Kind::kMean;
-  std::vector<std::size_t> channels;  // of the results; kNoise: those of the colour
+  // Channels of the results; kNoise: those of the colour, with kVariance then its squared deviations.
+  std::vector<std::size_t> channels;
+  Noise noise = Noise::kSpread;
 
   bool is_color() const { return kind == Kind::kMean && channels.size() == 3; }
 };
 
-/// The layers of results with these channels; the colour is first.
-std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channels);
+/// The layers of results with these channels; the colour is first. `has_pilot`: the job's noise was measured
+/// before its picture, which then has one result a pixel.
+std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channels, bool has_pilot);
 
 /// Sums of all results so far. Frames of more than kMostPixels are kept reduced: at level n, one pixel is the
 /// mean of 2^n x 2^n pixels of the film, weighted by their samples. Finer levels are made from the results
@@ -58,8 +71,11 @@ class Picture {
   /// Memory that a picture of the whole of `area` takes.
   static std::size_t bytes_for(const PixelArea& area, const PictureLayer& layer);
 
-  /// Of `area`, which begins at a multiple of 2^level pixels.
+  /// An empty one of `area`, which begins at a multiple of 2^level pixels.
   Picture(PixelArea area, std::uint32_t level, PictureLayer layer);
+
+  /// For Noise::kPilot: results that come without it leave no trace.
+  void set_pilot(std::shared_ptr<const wire::PilotBlocks> pilot) { pilot_ = std::move(pilot); }
 
   /// Takes what lies within the area. `cpu_seconds`: what the result took, for kCost. InvalidArgument where
   /// the result lacks a channel.
@@ -83,11 +99,13 @@ class Picture {
   struct Cell {
     double weight = 0;  // samples
     double sum[3] = {0, 0, 0};
-    double squares = 0;       // of the luminances of results' means, weighted by their samples
+    double squares = 0;       // of the luminances of results' means, weighted by their samples; or variance
     std::uint32_t parts = 0;  // results
   };
   void add_row(const wire::TileResult& result, std::uint32_t y, const PixelArea& common,
                double seconds_a_pixel);
+  void add_noise(const wire::TileResult& result, std::uint32_t x, std::uint32_t y, std::size_t to);
+  double noise_of(const Cell& cell) const;
   void merge(Cell& into, const Cell& cell) const;
   Cell cell_at(std::uint32_t level, std::uint32_t x, std::uint32_t y) const;
   void write(const Cell& cell, std::string& bytes) const;
@@ -97,6 +115,7 @@ class Picture {
   PictureLayer layer_;
   std::size_t bands_;             // planes of sums
   std::uint32_t width_, height_;  // in pixels of level_
+  std::shared_ptr<const wire::PilotBlocks> pilot_;
   // Planes of width_ * height_: weights, then sums of bands_ channels; for noise, squares and parts too.
   std::vector<float> weights_, sums_, squares_, parts_;
   std::uint64_t changes_ = 0;

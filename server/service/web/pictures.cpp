@@ -12,6 +12,8 @@ PixelArea crop_of(const v1::JobSpec& spec) {
   return {crop.x0(), crop.y0(), crop.x1(), crop.y1()};
 }
 
+bool has_pilot(const v1::JobSpec& spec) { return spec.samples().noise() > 0; }
+
 double cpu_seconds_of(const v1::UnitStats& stats) {
   return static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
 }
@@ -45,12 +47,14 @@ bool ShownPicture::follow(std::chrono::steady_clock::time_point deadline) {
       const std::lock_guard lock(mutex_);
       revision_ = batch->response.status().revision();
       picture_ = Picture(area_, picture_.level(), layer_);
+      pilot_ = nullptr;
       results_.clear();
       ++generation_;
       const bool was_begun = std::exchange(after_, 0) > 0;
       if (was_begun) continue;
     }
     if (batch->last == after_) return false;
+    find_pilot();
     std::vector<v1::UnitStats> costs;
     if (layer_.kind == PictureLayer::Kind::kCost) {
       const auto read = farm_.costs_of(job_, after_, static_cast<std::uint32_t>(batch->last - after_));
@@ -66,6 +70,18 @@ bool ShownPicture::follow(std::chrono::steady_clock::time_point deadline) {
   return true;
 }
 
+/// The pilot is there before the first result of the picture; or not at all, where the coordinator was
+/// started since.
+void ShownPicture::find_pilot() {
+  if (layer_.noise != PictureLayer::Noise::kPilot || pilot_ != nullptr) return;
+  const absl::StatusOr<std::string> blob = farm_.last_phase_of(job_);
+  auto pilot = std::make_shared<wire::PilotBlocks>();
+  if (!blob.ok() || !wire::append_pilot_blob(*blob, *pilot)) return;
+  const std::lock_guard lock(mutex_);
+  pilot_ = std::move(pilot);
+  picture_.set_pilot(pilot_);
+}
+
 absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelArea& pixels) {
   if (level > 16 || pixels.empty() || std::size_t{pixels.width()} * pixels.height() > kMostPartPixels ||
       pixels.x1 > (area_.width() + (1u << level) - 1) >> level ||
@@ -75,6 +91,7 @@ absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelA
   std::vector<std::uint64_t> sequences;
   std::size_t reread = 0;
   PixelArea film;
+  std::shared_ptr<const wire::PilotBlocks> pilot;
   {
     const std::lock_guard lock(mutex_);
     if (level >= picture_.level()) return picture_.pixels(level, pixels);
@@ -86,10 +103,12 @@ absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelA
       sequences.push_back(result.sequence);
       reread += std::size_t{result.area.width()} * result.area.height();
     }
+    pilot = pilot_;
   }
   if (sequences.size() > kMostReread || reread > kMostRereadPixels)
     return absl::ResourceExhaustedError("this part is made of too many results; look at a smaller one");
   Picture fine(film, level, layer_);
+  fine.set_pilot(std::move(pilot));
   for (const std::uint64_t sequence : sequences) {
     const absl::StatusOr<std::string> payload = farm_.result_of(job_, sequence);
     if (!payload.ok()) return payload.status();
@@ -119,7 +138,7 @@ absl::StatusOr<std::shared_ptr<ShownPicture>> Pictures::open(const std::string& 
                                                              const std::string& layer) {
   const absl::StatusOr<std::shared_ptr<const JobShape>> shape = farm_.shape_of(job);
   if (!shape.ok()) return shape.status();
-  const std::vector<PictureLayer> layers = layers_of((*shape)->channels);
+  const std::vector<PictureLayer> layers = layers_of((*shape)->channels, has_pilot((*shape)->spec));
   const auto found = std::ranges::find(layers, layer, &PictureLayer::name);
   if (found == layers.end()) return absl::NotFoundError(absl::StrCat("job ", job, " has no such layer"));
   const std::lock_guard lock(mutex_);

@@ -51,6 +51,7 @@ class ShownPicture {
   };
 
   absl::Status add(const v1::UnitResult& result, double cpu_seconds);
+  void find_pilot();
 
   Farm& farm_;
   const std::string job_;
@@ -63,6 +64,7 @@ class ShownPicture {
 
   mutable std::mutex mutex_;
   Picture picture_;
+  std::shared_ptr<const wire::PilotBlocks> pilot_;  // written by who holds following_, too
   std::uint64_t generation_ = 1;
   std::uint32_t revision_ = 0;
   std::vector<Result> results_;  // where levels below the picture's may be asked for

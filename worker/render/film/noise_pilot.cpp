@@ -4,7 +4,7 @@
 #include <bit>
 #include <cassert>
 #include <cmath>
-#include <cstring>
+#include <utility>
 
 #include "base/split_mix.h"
 #include "render/film/common_places.h"
@@ -19,10 +19,6 @@ using wire::kNoiseBlock;
 constexpr std::uint32_t kBlockPixels = kNoiseBlock * kNoiseBlock;
 /// Streams of a pixel's pilot: sequences that are independent of each other, and of the picture's.
 constexpr std::uint32_t kFirstStream = 0x6e6f6973;
-/// Squared error that counts as none at all in the dark, as relMSE has it [Rousselle et al. 2011].
-constexpr double kDarkness = 0.01;
-/// Largest error that a block may tell of, and cost: sums over a film of them are finite.
-constexpr float kMost = 1e30f;
 
 /// Pixels [begin, end) of the stripe of blocks that is `part`.
 FilmRect blocks_of(const FilmRect& crop, const PartRequest& part) {
@@ -149,52 +145,37 @@ Pilot NoisePilot::result() const {
       for (std::size_t i = halves[half]; i < halves[half + 1]; ++i) {
         for (std::size_t c = 0; c < kColors; ++c) {
           const double apart = (pixels[i].sums[0][c] - pixels[i].sums[1][c]) / samples;
-          error += apart * apart / 2 * samples / (mean[c] * mean[c] + kDarkness);
+          error += apart * apart / 2 * samples / (mean[c] * mean[c] + wire::kPilotDarkness);
         }
       }
       const auto count = static_cast<double>(halves[half + 1] - halves[half]);
       // Of one pixel there is but one half.
-      found.error[half] =
-          count > 0 ? std::min(static_cast<float>(error / (kColors * count)), kMost) : found.error[0];
+      found.error[half] = count > 0
+                              ? std::min(static_cast<float>(error / (kColors * count)), wire::kMostPilotError)
+                              : found.error[0];
     }
-    found.cost = std::clamp(static_cast<float>(opened.rays / opened.samples), 1.0f, kMost);
+    found.cost = std::clamp(static_cast<float>(opened.rays / opened.samples), 1.0f, wire::kMostPilotError);
   }
   return pilot;
 }
 
-std::string pilot_blob(const Pilot& pilot) {
-  if (pilot.values.empty()) return "";
-  static_assert(sizeof(FilmRect) == 16 && sizeof(PilotBlock) == 12);
-  std::string blob(sizeof(FilmRect) + pilot.values.size() * sizeof(PilotBlock), '\0');
-  std::memcpy(blob.data(), &pilot.blocks, sizeof(FilmRect));
-  std::memcpy(blob.data() + sizeof(FilmRect), pilot.values.data(), blob.size() - sizeof(FilmRect));
-  return blob;
+namespace {
+
+/// The same blocks, as they are sent; `pilot` has none then.
+wire::PilotBlocks taken(Pilot& pilot) {
+  const FilmRect& blocks = pilot.blocks;
+  return {blocks.x0, blocks.y0, blocks.x1, blocks.y1, std::exchange(pilot.values, {})};
 }
 
+}  // namespace
+
+std::string pilot_blob(Pilot pilot) { return wire::pilot_blob(taken(pilot)); }
+
 bool append_pilot_blob(std::string_view blob, Pilot& pilot) {
-  constexpr std::uint32_t kMostBlocks = wire::kMaxFilmSize / kNoiseBlock;
-  if (blob.empty()) return true;
-  FilmRect blocks;
-  if (blob.size() < sizeof(blocks)) return false;
-  std::memcpy(&blocks, blob.data(), sizeof(blocks));
-  blob.remove_prefix(sizeof(blocks));
-  if (!(blocks.x0 < blocks.x1 && blocks.x1 <= kMostBlocks && blocks.y0 < blocks.y1 &&
-        blocks.y1 <= kMostBlocks && blob.size() == blocks.pixel_count() * sizeof(PilotBlock)))
-    return false;
-  const std::size_t first = pilot.values.size();
-  if (first > 0 &&
-      (blocks.x0 != pilot.blocks.x0 || blocks.x1 != pilot.blocks.x1 || blocks.y0 != pilot.blocks.y1))
-    return false;
-  pilot.values.resize(first + blocks.pixel_count());
-  std::memcpy(&pilot.values[first], blob.data(), blob.size());
-  const auto is_in = [](float value, float least) { return value >= least && value <= kMost; };
-  for (std::size_t i = first; i < pilot.values.size(); ++i) {
-    const PilotBlock& block = pilot.values[i];
-    if (!is_in(block.error[0], 0) || !is_in(block.error[1], 0) || !is_in(block.cost, 1)) return false;
-  }
-  if (first == 0) pilot.blocks = blocks;
-  pilot.blocks.y1 = blocks.y1;
-  return true;
+  wire::PilotBlocks blocks = taken(pilot);
+  const bool is_one = wire::append_pilot_blob(blob, blocks);
+  pilot = {{blocks.x0, blocks.y0, blocks.x1, blocks.y1}, std::move(blocks.values)};
+  return is_one;
 }
 
 }  // namespace tessera::render

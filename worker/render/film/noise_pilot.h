@@ -12,15 +12,11 @@
 #include "render/film/film.h"
 #include "render/film/noise_target.h"
 #include "render/film/tile_request.h"
+#include "wire/noise_pilot_blob.h"
 
 namespace tessera::render {
 
-/// The measurements of a block. Two halves of its pixels are kept apart, so that one can judge what was made
-/// of the other.
-struct PilotBlock {
-  std::array<float, 2> error{};  // relMSE that single samples would have, by each half of the block's pixels
-  float cost = 0;                // rays a sample
-};
+using wire::PilotBlock;
 
 struct Pilot {
   FilmRect blocks;                 // of wire::kNoiseBlock pixels each way, on the film's grid
@@ -76,7 +72,7 @@ class NoisePilot final : public SampleSource, public Film {
 };
 
 /// A pilot as bytes; empty for one without blocks.
-std::string pilot_blob(const Pilot& pilot);
+std::string pilot_blob(Pilot pilot);
 /// Puts `blob` under `pilot`, which may be empty. False where it is no blob of a pilot, or not of the blocks
 /// that come next.
 bool append_pilot_blob(std::string_view blob, Pilot& pilot);

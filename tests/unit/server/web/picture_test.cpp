@@ -3,8 +3,10 @@
 #include <Imath/half.h>
 #include <gmock/gmock.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <memory>
 
 namespace tessera::server {
 namespace {
@@ -15,7 +17,7 @@ const std::vector<wire::ChannelDesc> kChannels = {{"R"}, {"G"},       {"B"},
                                                   {"A"}, {"depth.Z"}, {"id.shape", ChannelKind::kFirst}};
 
 PictureLayer layer(const std::string& name) {
-  for (const PictureLayer& found : layers_of(kChannels)) {
+  for (const PictureLayer& found : layers_of(kChannels, /*has_pilot=*/false)) {
     if (found.name == name) return found;
   }
   ADD_FAILURE() << name;
@@ -54,7 +56,7 @@ std::vector<float> halves(const std::string& bytes) {
 
 TEST(Picture, ListsLayersOfChannels) {
   std::vector<std::string> names;
-  for (const PictureLayer& found : layers_of(kChannels)) names.push_back(found.name);
+  for (const PictureLayer& found : layers_of(kChannels, /*has_pilot=*/false)) names.push_back(found.name);
   EXPECT_THAT(names, testing::ElementsAre("color", "alpha", "depth", "id.shape", "noise", "samples", "cost"));
 }
 
@@ -95,6 +97,51 @@ TEST(Picture, NoiseIsTheStandardErrorBetweenResults) {
   ASSERT_TRUE(picture.add(tile({0, 0, 1, 1}, 4, [](auto, auto, auto) { return 3; }), 0).ok());
   // Two means, 1 and 3: variance 2 between them, of their mean 1.
   EXPECT_NEAR(scalars(picture.pixels(0, {0, 0, 1, 1}))[0], 1, 1e-6);
+}
+
+TEST(Picture, NoiseOfOneResultIsThatOfItsSamples) {
+  const std::vector<wire::ChannelDesc> channels = {{"R"},
+                                                   {"G"},
+                                                   {"B"},
+                                                   {"A"},
+                                                   {"variance.R", ChannelKind::kSquaredDeviation, 0},
+                                                   {"variance.G", ChannelKind::kSquaredDeviation, 1},
+                                                   {"variance.B", ChannelKind::kSquaredDeviation, 2}};
+  const std::vector<PictureLayer> layers = layers_of(channels, /*has_pilot=*/true);
+  const auto noise = std::ranges::find(layers, "noise", &PictureLayer::name);
+  ASSERT_NE(noise, layers.end());
+  EXPECT_EQ(noise->noise, PictureLayer::Noise::kVariance);
+  // Four samples 0, 0, 2, 2 in each channel: squared deviations of 4, a variance of 4/3, of their mean 1/3.
+  wire::TileResult result{.x0 = 0, .y0 = 0, .x1 = 1, .y1 = 1, .channels = channels, .counts = {4}};
+  result.values = {4, 4, 4, 4, 4, 4, 4};
+  Picture picture({0, 0, 1, 1}, 0, *noise);
+  ASSERT_TRUE(picture.add(result, 0).ok());
+  EXPECT_NEAR(scalars(picture.pixels(0, {0, 0, 1, 1}))[0], std::sqrt(1 / 3.0), 1e-6);
+  Picture none({0, 0, 1, 1}, 0, *noise);
+  result.counts = {1};
+  ASSERT_TRUE(none.add(result, 0).ok());
+  EXPECT_TRUE(std::isnan(scalars(none.pixels(0, {0, 0, 1, 1}))[0])) << "one sample says nothing";
+}
+
+TEST(Picture, NoiseIsWhatThePilotForesaw) {
+  const std::vector<PictureLayer> layers = layers_of(kChannels, /*has_pilot=*/true);
+  const auto noise = std::ranges::find(layers, "noise", &PictureLayer::name);
+  ASSERT_NE(noise, layers.end());
+  EXPECT_EQ(noise->noise, PictureLayer::Noise::kPilot);
+  // Blocks of 8 x 8 pixels, from (8, 0) on.
+  wire::PilotBlocks blocks{.x0 = 1, .y0 = 0, .x1 = 3, .y1 = 1, .values = {{{1, 3}, 5}, {{0, 0}, 5}}};
+  const auto pilot = std::make_shared<const wire::PilotBlocks>(blocks);
+  const PixelArea area{0, 0, 24, 8};
+  const wire::TileResult result = tile(area, 16, [](auto, auto, auto) { return 3; });
+  Picture picture(area, 0, *noise);
+  ASSERT_TRUE(picture.add(result, 0).ok());
+  EXPECT_TRUE(std::isnan(scalars(picture.pixels(0, {8, 0, 9, 1}))[0])) << "it has no pilot";
+  picture.set_pilot(pilot);
+  ASSERT_TRUE(picture.add(result, 0).ok());
+  // relMSE of 2 for one sample of light 3, by 16 samples.
+  EXPECT_NEAR(scalars(picture.pixels(0, {8, 7, 9, 8}))[0], std::sqrt(2 * (9 + 0.01) / 16), 1e-5);
+  EXPECT_EQ(scalars(picture.pixels(0, {16, 0, 17, 1}))[0], 0);
+  EXPECT_TRUE(std::isnan(scalars(picture.pixels(0, {7, 0, 8, 1}))[0])) << "beyond the pilot's blocks";
 }
 
 TEST(Picture, CountsSamplesAndCost) {

@@ -197,7 +197,7 @@ TEST_F(WebSiteTest, BoundsTheMemoryOfPicturesThatAreLookedAt) {
   const PixelArea area{0, 0, 32, 32};
   const auto shape = coordinator_->farm().shape_of(id);
   ASSERT_TRUE(shape.ok());
-  const std::vector<PictureLayer> layers = layers_of((*shape)->channels);
+  const std::vector<PictureLayer> layers = layers_of((*shape)->channels, /*has_pilot=*/false);
   const auto bytes = [&](const char* name) {
     return Picture::bytes_for(area, *std::ranges::find(layers, name, &PictureLayer::name));
   };
