@@ -1,19 +1,13 @@
 #include "telemetry/metrics_server.h"
 
 #include <microhttpd.h>
-#include <netdb.h>
 #include <prometheus/text_serializer.h>
 #include <sys/socket.h>
 
-#include <cerrno>
-#include <cstring>
 #include <iterator>
 #include <sstream>
 #include <string_view>
 #include <utility>
-
-#include "absl/strings/str_cat.h"
-#include "base/address.h"
 
 namespace tessera::telemetry {
 namespace {
@@ -68,51 +62,24 @@ struct MetricsServer::Callbacks {
 
 absl::StatusOr<std::unique_ptr<MetricsServer>> MetricsServer::start(
     const std::string& address, std::vector<std::shared_ptr<prometheus::Collectable>> sources) {
-  const absl::StatusOr<base::HostPort> parsed = base::parse_host_port(address);
-  if (!parsed.ok()) return parsed.status();
   std::unique_ptr<MetricsServer> server{new MetricsServer};
   server->sources_ = std::move(sources);
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (const int error =
-          ::getaddrinfo(parsed->host.c_str(), std::to_string(parsed->port).c_str(), &hints, &found);
-      error != 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot serve metrics on ", address, ": ", ::gai_strerror(error)));
-  }
-  errno = EADDRNOTAVAIL;
-  bool listens = false;
-  for (const addrinfo* at = found; at != nullptr && !listens; at = at->ai_next)
-    listens = server->listen(*at->ai_addr);
-  const int error = errno;
-  ::freeaddrinfo(found);
-  if (listens) return server;
-  return absl::UnavailableError(
-      absl::StrCat("cannot serve metrics on ", address, ": ", std::strerror(error)));
+  const auto start = [self = server.get()](const sockaddr& place, unsigned flags) {
+    return MHD_start_daemon(MHD_USE_EPOLL_INTERNAL_THREAD | flags, 0, nullptr, nullptr, &Callbacks::request,
+                            self,                                                        //
+                            MHD_OPTION_SOCK_ADDR, &place,                                //
+                            MHD_OPTION_NOTIFY_CONNECTION, &Callbacks::connection, self,  //
+                            MHD_OPTION_CONNECTION_LIMIT, unsigned{kMostConnections},     //
+                            MHD_OPTION_CONNECTION_TIMEOUT, kTimeoutSeconds,              //
+                            MHD_OPTION_CONNECTION_MEMORY_LIMIT, kConnectionBytes, MHD_OPTION_END);
+  };
+  absl::StatusOr<HttpDaemon> daemon = listen_http(address, "metrics", start);
+  if (!daemon.ok()) return daemon.status();
+  server->daemon_ = *std::move(daemon);
+  return server;
 }
 
-bool MetricsServer::listen(const sockaddr& address) {
-  unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD;
-  if (address.sa_family == AF_INET6) flags |= MHD_USE_IPv6;
-  daemon_ = MHD_start_daemon(flags, 0, nullptr, nullptr, &Callbacks::request, this,       //
-                             MHD_OPTION_SOCK_ADDR, &address,                              //
-                             MHD_OPTION_NOTIFY_CONNECTION, &Callbacks::connection, this,  //
-                             MHD_OPTION_CONNECTION_LIMIT, unsigned{kMostConnections},     //
-                             MHD_OPTION_CONNECTION_TIMEOUT, kTimeoutSeconds,              //
-                             MHD_OPTION_CONNECTION_MEMORY_LIMIT, kConnectionBytes, MHD_OPTION_END);
-  return daemon_ != nullptr;
-}
-
-MetricsServer::~MetricsServer() {
-  if (daemon_ != nullptr) MHD_stop_daemon(daemon_);
-}
-
-int MetricsServer::port() const {
-  const MHD_DaemonInfo* const info = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_BIND_PORT);
-  return info == nullptr ? 0 : info->port;
-}
+int MetricsServer::port() const { return port_of(daemon_.get()); }
 
 std::string MetricsServer::text() const {
   std::vector<prometheus::MetricFamily> families;

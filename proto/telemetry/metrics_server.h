@@ -10,10 +10,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "telemetry/http_daemon.h"
 
 struct MHD_Connection;
-struct MHD_Daemon;
-struct sockaddr;
 
 namespace tessera::telemetry {
 
@@ -26,7 +25,6 @@ class MetricsServer {
   /// Unavailable where `address` (HOST:PORT; port 0 takes a free one) cannot be listened on.
   static absl::StatusOr<std::unique_ptr<MetricsServer>> start(
       const std::string& address, std::vector<std::shared_ptr<prometheus::Collectable>> sources);
-  ~MetricsServer();
   MetricsServer(const MetricsServer&) = delete;
   MetricsServer& operator=(const MetricsServer&) = delete;
 
@@ -36,13 +34,12 @@ class MetricsServer {
   struct Callbacks;  // of libmicrohttpd
 
   MetricsServer() = default;
-  bool listen(const sockaddr& address);
   std::string text() const;
   void opened(MHD_Connection* connection);
 
   std::vector<std::shared_ptr<prometheus::Collectable>> sources_;
   std::list<MHD_Connection*> connections_;  // the oldest first; for the daemon's thread only
-  MHD_Daemon* daemon_ = nullptr;
+  HttpDaemon daemon_;                       // calls this object: goes first
 };
 
 }  // namespace tessera::telemetry

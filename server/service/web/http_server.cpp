@@ -6,15 +6,12 @@
 #include <netdb.h>
 #include <sys/socket.h>
 
-#include <cerrno>
-#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <string_view>
 #include <utility>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "base/address.h"
 #include "service/web/event_stream.h"
 #include "transport/tls.h"
@@ -190,31 +187,18 @@ absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::start(const HttpOptions&
   if (!parsed.ok()) return parsed.status();
   std::unique_ptr<HttpServer> server{new HttpServer{options, std::move(handle)}};
   if (absl::Status s = server->read_certificates(); !s.ok()) return s;
-  addrinfo hints{};
-  hints.ai_socktype = SOCK_STREAM;
-  hints.ai_flags = AI_PASSIVE | AI_NUMERICSERV;
-  addrinfo* found = nullptr;
-  if (const int error =
-          ::getaddrinfo(parsed->host.c_str(), std::to_string(parsed->port).c_str(), &hints, &found);
-      error != 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot serve the web page on ", options.address, ": ", ::gai_strerror(error)));
-  }
   const unsigned most_of_address = base::is_loopback(parsed->host) ? kMostConnections : kMostOfAddress;
-  errno = EADDRNOTAVAIL;
-  bool listens = false;
-  for (const addrinfo* at = found; at != nullptr && !listens; at = at->ai_next)
-    listens = server->listen(*at->ai_addr, most_of_address);
-  const int error = errno;
-  ::freeaddrinfo(found);
-  if (listens) return server;
-  return absl::UnavailableError(
-      absl::StrCat("cannot serve the web page on ", options.address, ": ", std::strerror(error)));
+  absl::StatusOr<telemetry::HttpDaemon> daemon =
+      telemetry::listen_http(options.address, "the web page", [&](const sockaddr& address, unsigned flags) {
+        return server->listen(address, flags, most_of_address);
+      });
+  if (!daemon.ok()) return daemon.status();
+  server->daemon_ = *std::move(daemon);
+  return server;
 }
 
-bool HttpServer::listen(const sockaddr& address, unsigned most_of_address) {
-  unsigned flags = MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME;
-  if (address.sa_family == AF_INET6) flags |= MHD_USE_IPv6;
+MHD_Daemon* HttpServer::listen(const sockaddr& address, unsigned flags, unsigned most_of_address) {
+  flags |= MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME;
   std::vector<MHD_OptionItem> items = {
       {MHD_OPTION_THREAD_POOL_SIZE, kThreads, nullptr},
       {MHD_OPTION_CONNECTION_LIMIT, kMostConnections, nullptr},
@@ -230,20 +214,12 @@ bool HttpServer::listen(const sockaddr& address, unsigned most_of_address) {
     items.push_back({MHD_OPTION_HTTPS_PRIORITIES, 0, const_cast<char*>(kPriorities)});
   }
   items.push_back({MHD_OPTION_END, 0, nullptr});
-  daemon_ = MHD_start_daemon(flags, 0, nullptr, nullptr, &Callbacks::request, this,        //
-                             MHD_OPTION_SOCK_ADDR, &address,                               //
-                             MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, nullptr,  //
-                             MHD_OPTION_ARRAY, items.data(), MHD_OPTION_END);
-  return daemon_ != nullptr;
+  return MHD_start_daemon(flags, 0, nullptr, nullptr, &Callbacks::request, this,        //
+                          MHD_OPTION_SOCK_ADDR, &address,                               //
+                          MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, nullptr,  //
+                          MHD_OPTION_ARRAY, items.data(), MHD_OPTION_END);
 }
 
-HttpServer::~HttpServer() {
-  if (daemon_ != nullptr) MHD_stop_daemon(daemon_);
-}
-
-int HttpServer::port() const {
-  const MHD_DaemonInfo* const info = MHD_get_daemon_info(daemon_, MHD_DAEMON_INFO_BIND_PORT);
-  return info == nullptr ? 0 : info->port;
-}
+int HttpServer::port() const { return telemetry::port_of(daemon_.get()); }
 
 }  // namespace tessera::server

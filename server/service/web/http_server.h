@@ -8,9 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "service/web/http.h"
-
-struct MHD_Daemon;
-struct sockaddr;
+#include "telemetry/http_daemon.h"
 
 namespace tessera::server {
 
@@ -34,8 +32,6 @@ class HttpServer {
   /// `handle` is called from several threads. Unavailable where the address cannot be listened on;
   /// InvalidArgument for certificates that cannot be used.
   static absl::StatusOr<std::unique_ptr<HttpServer>> start(const HttpOptions& options, Handler handle);
-  /// All event streams have been closed by then.
-  ~HttpServer();
   HttpServer(const HttpServer&) = delete;
   HttpServer& operator=(const HttpServer&) = delete;
 
@@ -46,12 +42,12 @@ class HttpServer {
 
   HttpServer(const HttpOptions& options, Handler handle) : options_(options), handle_(std::move(handle)) {}
   absl::Status read_certificates();
-  bool listen(const sockaddr& address, unsigned most_of_address);
+  MHD_Daemon* listen(const sockaddr& address, unsigned flags, unsigned most_of_address);
 
   const HttpOptions options_;
   const Handler handle_;
   std::string key_, certificate_, trusted_;  // PEM
-  MHD_Daemon* daemon_ = nullptr;
+  telemetry::HttpDaemon daemon_;             // goes first, when all event streams have been closed
 };
 
 }  // namespace tessera::server
