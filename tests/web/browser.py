@@ -1,4 +1,7 @@
-"""A headless Chromium, driven through its DevTools protocol (https://chromedevtools.github.io/devtools-protocol/)."""
+"""A headless Chromium, driven through its DevTools protocol.
+
+https://chromedevtools.github.io/devtools-protocol/
+"""
 
 import asyncio
 import base64
@@ -28,9 +31,9 @@ class Browser:
 
         self.process = subprocess.Popen(
             [
-                "chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage", "--no-first-run",
-                "--ignore-certificate-errors", "--remote-debugging-port=0", f"--user-data-dir={self.profile}",
-                f"--window-size={self.size[0]},{self.size[1]}", "about:blank",
+                "chromium", "--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage",
+                "--no-first-run", "--ignore-certificate-errors", "--remote-debugging-port=0",
+                f"--user-data-dir={self.profile}", f"--window-size={self.size[0]},{self.size[1]}", "about:blank",
             ],
             stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,

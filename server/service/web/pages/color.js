@@ -25,7 +25,8 @@ function digits(value) {
 function duration(seconds) {
   if (!(seconds >= 0)) return "";
   seconds = Math.round(seconds);
-  const parts = [Math.floor(seconds / 86400), Math.floor(seconds / 3600) % 24, Math.floor(seconds / 60) % 60, seconds % 60];
+  const whole = (unit) => Math.floor(seconds / unit);
+  const parts = [whole(86400), whole(3600) % 24, whole(60) % 60, seconds % 60];
   if (parts[0]) return parts[0] + " d " + parts[1] + " h";
   if (parts[1]) return parts[1] + " h " + String(parts[2]).padStart(2, "0") + " min";
   if (parts[2]) return parts[2] + " min " + String(parts[3]).padStart(2, "0") + " s";

@@ -19,7 +19,7 @@ class Strip {
     }, { root: place, rootMargin: "0px 200px" });
   }
 
-  /// Shows the frames that go with this job, if there are others.
+  /// Shows the frames that go with this job, if there are others: those around it.
   show(job, settings) {
     const group = job && settings ? job.group || "" : "";
     const rows = group ? [...this.jobs.values()].filter((row) => row.group === group) : [];
@@ -28,7 +28,10 @@ class Strip {
     if (group !== this.group || this.place.hidden) this.clear();
     this.group = group;
     if (this.place.hidden) return;
-    const kept = rows.slice(0, kMostFrames);
+    const at = rows.findIndex((row) => row.id === job.id);
+    const first = Math.max(0, Math.min(at - kMostFrames / 2, rows.length - kMostFrames));
+    const kept = rows.slice(first, first + kMostFrames), ids = new Set(kept.map((row) => row.id));
+    for (const id of [...this.cells.keys()]) if (!ids.has(id)) this.drop(id);
     for (const row of kept) this.draw(row, row.id === job.id, settings);
     const order = kept.map((row) => this.cells.get(row.id).link);
     if (order.some((link, i) => this.place.children[i] !== link)) this.place.replaceChildren(...order);
@@ -36,9 +39,14 @@ class Strip {
   }
 
   clear() {
-    for (const cell of this.cells.values()) { this.seen.unobserve(cell.link); cell.source.close(); }
-    this.cells.clear();
+    for (const id of [...this.cells.keys()]) this.drop(id);
     this.place.replaceChildren();
+  }
+  drop(id) {
+    const cell = this.cells.get(id);
+    this.seen.unobserve(cell.link);
+    cell.source.close();
+    this.cells.delete(id);
   }
 
   draw(row, current, settings) {
@@ -49,7 +57,8 @@ class Strip {
       link.append(canvas, label);
       const source = new FrameSource(row.id, settings, settings.layers[0].name, () => this.load());
       source.fresh = true;
-      [canvas.width, canvas.height] = [Math.max(8, Math.round(kThumbnail * source.width / source.height)), kThumbnail];
+      canvas.width = Math.max(8, Math.round(kThumbnail * source.width / source.height));
+      canvas.height = kThumbnail;
       cell = link.cell = { link, canvas, label, source, visible: false, asked: -1, time: 0 };
       this.cells.set(row.id, cell);
       this.seen.observe(link);

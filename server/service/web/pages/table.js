@@ -2,9 +2,9 @@
 "use strict";
 
 class Table {
-  /// `columns`: {title, width, cell(row) -> text or node, value(row) -> what sorts, num, wide}. `open(row)` is called for a row that is
-  /// clicked or entered.
-  constructor(place, columns, { open, sort = 0, down = false, height = 34, empty = "Nothing here yet." } = {}) {
+  /// `columns`: {title, width, cell(row) -> text or node, value(row) -> what sorts, num, wide}.
+  /// `open(row)` is called for a row that is clicked or entered.
+  constructor(place, columns, { open, sort = 0, down = false, height = 34, empty = "" } = {}) {
     Object.assign(this, { place, columns, open, height, sort, down, empty });
     this.rows = new Map();
     this.order = [];
@@ -92,7 +92,11 @@ class Table {
       let shown = this.shown.get(row.id);
       if (!shown) {
         shown = { node: document.createElement("div"), row: null };
-        shown.node.addEventListener("click", () => { this.at = row.id; this.draw(); if (this.open) this.open(this.rows.get(row.id)); });
+        shown.node.addEventListener("click", () => {
+          this.at = row.id;
+          this.draw();
+          if (this.open) this.open(this.rows.get(row.id));
+        });
         this.shown.set(row.id, shown);
         this.body.append(shown.node);
       }
