@@ -17,7 +17,8 @@ CommandLine::CommandLine(Interrupt& interrupt)
     : program_(
           "tessera", "Renders scenes, in this process or on a farm of workers.", wire::build_version(),
           "Exit codes: 0 done, 2 usage, 3 bad scene, 4 cannot reach or refused, 5 job failed, 6 incomplete, "
-          "7 image with marked holes (tessera retry), 8 doctor found a fault, 130 interrupted."),
+          "7 image with marked holes (tessera retry), 8 frames failed, 9 doctor found a fault, 10 image not "
+          "denoised, 130 interrupted."),
       interrupt_(&interrupt) {
   program_.take_defaults_from(
       [](const std::string& command) -> absl::StatusOr<std::vector<options::FileValue>> {

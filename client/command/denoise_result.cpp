@@ -50,7 +50,7 @@ void denoise_result(const RenderOptions& options, const v1::JobSpec& spec, Follo
   const absl::StatusOr<DenoiseReport> done =
       denoise_image(denoise_options(*options.job.denoise, options.threads), image);
   if (!done.ok()) {
-    std::cerr << "warning: the picture is not denoised: " << done.status().message() << '\n';
+    followed.denoised = done.status();
     return;
   }
   if (!options.quiet) tell(*done);

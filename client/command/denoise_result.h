@@ -14,7 +14,8 @@ DenoiseOptions denoise_options(DenoiseMethod method, int threads);
 void tell(const DenoiseReport& report);
 
 /// Denoises the image of a job that is done, where that is asked for, and takes out the channels that only it
-/// needed. Where it cannot be done, a warning says so and the image stays raw: the work is not lost.
+/// needed. Where it fails, the image stays as it is, and FollowedJob::denoised says why. One that is not
+/// whole is not denoised, and a warning says so.
 void denoise_result(const RenderOptions& options, const v1::JobSpec& spec, FollowedJob& followed);
 
 }  // namespace tessera::client

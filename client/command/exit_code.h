@@ -17,6 +17,7 @@ enum ExitCode : int {
   kHoles = 7,         // the image was written, with holes where units were set aside
   kFramesFailed = 8,  // of an animation, some frames have no whole image
   kUnwell = 9,        // doctor found something that has to be mended
+  kNotDenoised = 10,  // the image was written as it was rendered, for denoising failed
   kInterrupted = 130
 };
 

@@ -49,7 +49,7 @@ bool is_found_by(v1::ImplicitSurface::Roots roots, const v1::ImplicitSurface& su
   return parsed.ok() && expression::expand(*parsed).has_value();
 }
 
-/// Of all surfaces for which there is such a method.
+/// Sets the method of all surfaces for which there is one.
 void set_roots(v1::ImplicitSurface::Roots roots, v1::Scene& scene) {
   const auto set = [roots](auto& shapes) {
     for (v1::Shape& shape : shapes) {
@@ -293,6 +293,16 @@ absl::StatusOr<std::unique_ptr<BenchScene>> build_scene(LoadedJob& loaded, const
   return scene;
 }
 
+v1::Point3 camera_place(const v1::Scene& scene) {
+  v1::Point3 place;
+  const auto& world_from_camera = scene.camera().world_from_camera().elements();
+  if (world_from_camera.size() != 16) return place;
+  place.set_x(world_from_camera[3]);
+  place.set_y(world_from_camera[7]);
+  place.set_z(world_from_camera[11]);
+  return place;
+}
+
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code, absl::Status* refusal,
                                     const ChoiceOptions* choice) {
   if (std::error_code error; !std::filesystem::exists(options.scene, error)) {
@@ -311,6 +321,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->imported = *std::move(imported);
+  if (options.origin && !*options.origin) *options.origin = camera_place(loaded->imported.scene);
   loaded->rate = frame_rate(options, loaded->imported.scene);
   if (options.frame) {
     if (const absl::Status status =
@@ -322,7 +333,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   }
   loaded->imported.scene.clear_animation();
   if (options.origin && !loaded->imported.scene.has_render_origin())
-    *loaded->imported.scene.mutable_render_origin() = *options.origin;
+    *loaded->imported.scene.mutable_render_origin() = **options.origin;
   if (options.roots) set_roots(*options.roots, loaded->imported.scene);
   const auto print_warnings = [&](const std::vector<std::string>& lines) {
     if (options.quiet) return;

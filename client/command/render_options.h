@@ -42,7 +42,9 @@ struct RenderOptions {
   FrameOptions frames;
   std::optional<std::int64_t> frame;  // the one of the animation that is to be rendered
   std::string group;                  // of the animation's jobs
-  std::optional<v1::Point3> origin;   // world space, as Scene.render_origin of scenes that have none
+  /// World space: Scene.render_origin of scenes that have none. Null: theirs to choose. Where it has no
+  /// value, load_job() puts the place of the scene's camera there.
+  std::shared_ptr<std::optional<v1::Point3>> origin = nullptr;
 };
 
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
@@ -53,6 +55,9 @@ void define_job_options(options::Command& command, RenderOptions& options);
 
 /// How the scene is to be read.
 ImportOptions import_options(const RenderOptions& options);
+
+/// World space; the origin where the camera was not moved.
+v1::Point3 camera_place(const v1::Scene& scene);
 
 /// InvalidArgument when the file of --stats cannot be written.
 absl::Status check_stats(const RenderOptions& options);

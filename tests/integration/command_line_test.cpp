@@ -38,6 +38,23 @@ TEST(CommandLine, ABiasedPictureSaysSo) {
   EXPECT_EQ(std::get<std::string>(image->metadata.at("tessera.integrator_kind")), "biased");
 }
 
+TEST(CommandLine, APictureThatCannotBeDenoisedIsWrittenRaw) {
+  const support::TempDir directory;
+  const std::string file = (directory.path() / "a.exr").string();
+  ::setenv("TESSERA_OIDN", "/nowhere/liboidn.so", 1);
+  const support::Finished done = tessera({"render", "scenes/first-light/scene.textproto", "-o", file, "--spp",
+                                          "2", "--resolution", "32x18", "--denoise", "oidn"});
+  ::unsetenv("TESSERA_OIDN");
+  EXPECT_EQ(done.status.code, 10) << done.err;
+  EXPECT_THAT(done.err, HasSubstr("a.exr is as it was rendered, not denoised: "));
+  EXPECT_THAT(done.err, HasSubstr("/nowhere/liboidn.so"));
+  const auto image = client::read_exr(file);
+  ASSERT_TRUE(image.ok()) << image.status();
+  EXPECT_FALSE(image->metadata.contains("tessera.denoised"));
+  const auto again = (directory.path() / "b.exr").string();
+  EXPECT_EQ(tessera({"denoise", file, "-o", again}).status.code, 0) << "the file has all that it takes";
+}
+
 TEST(CommandLine, BenchComparesAllIntegratorsThatCanRenderAScene) {
   const support::TempDir directory;
   const auto bench = [&](const std::string& scene) {

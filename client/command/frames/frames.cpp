@@ -50,26 +50,53 @@ std::string list_of_frames(std::vector<std::int64_t> frames) {
   return absl::StrJoin(frames, ",");
 }
 
-/// Where the first frame's camera stands, if frames are files of their own. Where coordinates of all are
-/// measured from there, those that differ by their camera have one content, and workers keep what they have
-/// built of it.
-std::optional<v1::Point3> shared_origin(const RenderOptions& all) {
-  const bool are_files =
-      has_frame_mark(all.scene) || std::ranges::any_of(all.defines, [](const std::string& define) {
-        return text_of_frame(define, 0) != text_of_frame(define, 1);
-      });
-  if (!are_files || all.frames.frames.size() < 2) return std::nullopt;
-  const RenderOptions first = options_of_frame(all, all.frames.frames.front());
-  const absl::StatusOr<ImportedScene> imported = import_scene(first.scene, import_options(first));
-  if (!imported.ok()) return std::nullopt;  // the frame will say so itself
-  const auto& placed = imported->scene.camera().world_from_camera().elements();
-  v1::Point3 origin;
-  if (placed.size() != 16) return origin;
-  origin.set_x(placed[3]);
-  origin.set_y(placed[7]);
-  origin.set_z(placed[11]);
-  return origin;
-}
+/// Where coordinates of all frames are measured from, if they are files of their own: those that differ by
+/// their camera have one content then, and workers keep what they have built of it. It is where the camera of
+/// the first one stands, whatever order they are rendered in.
+class SharedOrigin {
+ public:
+  explicit SharedOrigin(const RenderOptions& all) : all_(all) {
+    const bool are_files =
+        has_frame_mark(all.scene) || std::ranges::any_of(all.defines, [](const std::string& define) {
+          return text_of_frame(define, 0) != text_of_frame(define, 1);
+        });
+    if (are_files && all.frames.frames.size() > 1) place_ = std::make_shared<std::optional<v1::Point3>>();
+  }
+
+  /// For a frame that is about to be loaded. The first one finds the place when it is; before any other, its
+  /// file is read for that.
+  std::shared_ptr<std::optional<v1::Point3>> before(std::int64_t frame) {
+    const std::int64_t first_frame = all_.frames.frames.front();
+    if (!place_ || *place_ || frame == first_frame) return place_;
+    const RenderOptions first = options_of_frame(all_, first_frame);
+    const absl::StatusOr<ImportedScene> imported = import_scene(first.scene, import_options(first));
+    if (imported.ok()) *place_ = camera_place(imported->scene);
+    if (!imported.ok()) place_ = nullptr;  // the frame says so itself, and the others do without
+    return place_;
+  }
+
+ private:
+  const RenderOptions& all_;
+  std::shared_ptr<std::optional<v1::Point3>> place_;
+};
+
+/// Frames that have been finished, by how that went.
+struct Ends {
+  std::size_t done = 0;
+  std::vector<std::int64_t> failed, raw;  // without a whole image; not denoised
+  int last_code = kDone;                  // of those that failed
+
+  void note(std::int64_t frame, int exit_code) {
+    if (exit_code == kDone) {
+      ++done;
+    } else if (exit_code == kNotDenoised) {
+      raw.push_back(frame);
+    } else {
+      failed.push_back(frame);
+      last_code = exit_code;
+    }
+  }
+};
 
 /// Whether there is no use in going on.
 bool ends_all(int exit_code) {
@@ -143,50 +170,45 @@ RenderOptions options_of_frame(const RenderOptions& all, std::int64_t frame) {
 
 int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame& start,
                std::stop_token stop) {
-  RenderOptions all = options;
-  all.origin = shared_origin(options);
-  std::vector<std::int64_t> failed;
-  std::size_t done = 0, skipped = 0;
-  int last_code = kDone;
+  SharedOrigin origin(options);
+  Ends ends;
+  std::size_t skipped = 0;
   std::deque<Frame> started;
-  const auto note = [&](std::int64_t frame, int exit_code) {
-    if (exit_code == kDone) {
-      ++done;
-    } else {
-      failed.push_back(frame);
-      last_code = exit_code;
-    }
-  };
   const auto finish_first = [&] {
     const Frame frame = std::move(started.front());
     started.pop_front();
-    note(frame.number, frame.job());
+    ends.note(frame.number, frame.job());
   };
   for (const std::int64_t number : in_order(options.frames.frames, options.frames.order)) {
-    if (stop.stop_requested() || ends_all(last_code)) break;
-    const RenderOptions frame = options_of_frame(all, number);
+    if (stop.stop_requested() || ends_all(ends.last_code)) break;
+    RenderOptions frame = options_of_frame(options, number);
     if (options.frames.skip_existing && is_there(frame)) {
       ++skipped;
       continue;
     }
     if (!options.quiet) std::cerr << "frame " << number << std::endl;
+    frame.origin = origin.before(number);
     int exit_code = kDone;
     FrameJob job = start(frame, exit_code);
     if (job) {
       started.push_back({number, std::move(job)});
     } else {
-      note(number, exit_code);
+      ends.note(number, exit_code);
     }
     while (started.size() >= ahead) finish_first();
   }
   while (!started.empty()) finish_first();
-  if (!options.quiet)
-    std::cerr << done << " frames rendered, " << skipped << " were there, " << failed.size() << " failed\n";
-  if (stop.stop_requested()) return kInterrupted;
-  if (!failed.empty()) {
-    const std::string text = absl::StrCat("frames without a whole image: ", list_of_frames(failed));
-    return report(ends_all(last_code) ? static_cast<ExitCode>(last_code) : kFramesFailed, text);
+  if (!options.quiet) {
+    std::cerr << ends.done + ends.raw.size() << " frames rendered, " << skipped << " were there, "
+              << ends.failed.size() << " failed\n";
   }
+  if (stop.stop_requested()) return kInterrupted;
+  if (!ends.failed.empty()) {
+    const std::string text = absl::StrCat("frames without a whole image: ", list_of_frames(ends.failed));
+    return report(ends_all(ends.last_code) ? static_cast<ExitCode>(ends.last_code) : kFramesFailed, text);
+  }
+  if (!ends.raw.empty())
+    return report(kNotDenoised, "frames that are not denoised: " + list_of_frames(ends.raw));
   return options.frames.preview_video.empty() ? kDone : write_preview_video(options, stop);
 }
 

@@ -19,7 +19,8 @@
 namespace tessera::client {
 namespace {
 
-/// What a pilot tries, the usual one first. `volpath` takes the place of `path` where there are media.
+/// Integrators that a pilot tries, the usual one first. `volpath` takes the place of `path` where there are
+/// media.
 constexpr const char* kTried[] = {"path", "volpath", "bdpt", "vcm", "light"};
 
 /// PilotCandidate::ways.
@@ -101,7 +102,7 @@ class SceneRenderer final : public PilotRenderer {
     return image;
   }
 
-  /// Of a candidate that was made ready; null otherwise.
+  /// The scene of a candidate that was made ready; null otherwise.
   std::shared_ptr<const BuiltScene> take_scene(std::size_t candidate) {
     if (scenes_[candidate] == nullptr) return nullptr;
     return std::make_shared<BuiltScene>(BuiltScene{contents_, std::move(scenes_[candidate])});

@@ -284,6 +284,11 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   if (code == kDone && followed.incomplete_pixels > 0) {
     return report(kIncomplete, absl::StrCat(followed.incomplete_pixels, " pixels lack samples"));
   }
+  if (code == kDone && !followed.denoised.ok()) {
+    return report(
+        kNotDenoised,
+        absl::StrCat(output, " is as it was rendered, not denoised: ", followed.denoised.message()));
+  }
   return code;
 }
 

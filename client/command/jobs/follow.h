@@ -33,6 +33,7 @@ struct FollowedJob {
   std::unique_ptr<Rows> rows;  // the image's pixels, where it has none itself
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;
+  absl::Status denoised;    // why a whole image stays as it was rendered, where that was not asked for
   double wall_seconds = 0;  // of following
   bool written = false;     // deliver() has written the image
 };

@@ -95,7 +95,7 @@ struct Farm {
   StartFrame start() {
     return [this](const RenderOptions& frame, int&) -> FrameJob {
       started.push_back(*frame.frame);
-      origins.push_back(frame.origin ? frame.origin->x() : NAN);
+      origins.push_back(frame.origin && *frame.origin ? (*frame.origin)->x() : NAN);
       most_open = std::max(most_open, ++open);
       return [this, number = *frame.frame] {
         --open;
@@ -122,6 +122,17 @@ TEST(Frames, ThoseThatFailKeepNoOtherFromBeingRendered) {
   EXPECT_THAT(farm.started, ElementsAre(1, 2, 3, 4, 5));
   EXPECT_EQ(farm.most_open, 2u);
   EXPECT_EQ(farm.open, 0u);
+}
+
+TEST(Frames, ThoseThatAreNotDenoisedAreListed) {
+  Farm farm{.codes = {{2, kNotDenoised}}};
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_frames(animation("a.####.exr", "1-3"), 2, farm.start(), {}), kNotDenoised);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("frames that are not denoised: 2\n"));
+  farm.codes[3] = kIncomplete;
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_frames(animation("a.####.exr", "1-3"), 2, farm.start(), {}), kFramesFailed);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(), HasSubstr("frames without a whole image: 3\n"));
 }
 
 TEST(Frames, WithoutACoordinatorThereIsNoUseInGoingOn) {
@@ -165,6 +176,27 @@ TEST(Frames, FilesOfTheirOwnAreMeasuredFromTheFirstCamera) {
   options.scene = directory / "turn.1.pbrt";
   EXPECT_EQ(run_frames(options, 1, one_file.start(), {}), kDone);
   EXPECT_THAT(one_file.origins, Each(IsNan()));
+}
+
+TEST(Frames, TheFirstFileIsReadOnce) {
+  const support::TempDir directory;
+  RenderOptions options = animation(directory / "a.#.exr", "1-3");
+  options.scene = directory / "turn.#.pbrt";
+  for (const int frame : {1, 2, 3}) {
+    write_bytes(directory / absl::StrCat("turn.", frame, ".pbrt"),
+                absl::StrCat("LookAt ", 3 * frame, " 1 5  0 0 0  0 1 0\nCamera \"perspective\"\n",
+                             "WorldBegin\nShape \"sphere\"\n"));
+  }
+  std::vector<double> origins;
+  const StartFrame start = [&](const RenderOptions& frame, int& exit_code) -> FrameJob {
+    const std::unique_ptr<LoadedJob> loaded = load_job(frame, exit_code);
+    if (loaded == nullptr) return nullptr;
+    origins.push_back(loaded->imported.scene.render_origin().x());
+    std::filesystem::remove(frame.scene);  // nobody can read it again
+    return [] { return kDone; };
+  };
+  EXPECT_EQ(run_frames(options, 1, start, {}), kDone);
+  EXPECT_THAT(origins, ElementsAre(DoubleNear(3, 1e-6), DoubleNear(3, 1e-6), DoubleNear(3, 1e-6)));
 }
 
 }  // namespace
