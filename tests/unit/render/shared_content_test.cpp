@@ -37,12 +37,11 @@ class SharedContent : public testing::Test {
     job_.mutable_view()->set_max_depth(3);
   }
 
+  static absl::StatusOr<BlobBytes> no_blob(const std::string& digest) { return absl::NotFoundError(digest); }
+
   static std::unique_ptr<RenderScene> load(const v1::Scene& scene, const v1::JobSpec& job,
-                                           SharedContents* contents) {
-    const BlobSource no_blobs = [](const std::string& digest) -> absl::StatusOr<BlobBytes> {
-      return absl::NotFoundError(digest);
-    };
-    auto loaded = load_scene(scene, job, no_blobs, {supported_isas().front(), 1, contents});
+                                           SharedContents* contents, const BlobSource& blobs = no_blob) {
+    auto loaded = load_scene(scene, job, blobs, {supported_isas().front(), 1, contents});
     EXPECT_TRUE(loaded.ok()) << loaded.status();
     return loaded.ok() ? *std::move(loaded) : nullptr;
   }
@@ -190,6 +189,40 @@ TEST_F(SharedContent, FarFromTheWorldsOriginFloatsHoldWhatIsNearTheRenderOrigin)
   const auto here = load(scene_, job_, nullptr), there = load(far, job_, nullptr);
   ASSERT_TRUE(here && there);
   EXPECT_LT(mean_difference(picture(*here, job_), picture(*there, job_)), 3.0 / 768);
+}
+
+TEST_F(SharedContent, ScenesInWhichThingsMoveShareTheirPictures) {
+  // Two pixels of a PFM file.
+  const float texels[] = {0.25f, 0.5f, 0.75f, 0.75f, 0.5f, 0.25f};
+  std::string file = "PF\n2 1\n-1\n";
+  file.append(reinterpret_cast<const char*>(texels), sizeof(texels));
+  int reads = 0;
+  const BlobSource blobs = [&](const std::string&) -> absl::StatusOr<BlobBytes> {
+    ++reads;
+    return BlobBytes{file, nullptr};
+  };
+  v1::ImageTexture& image = *scene_.mutable_textures(0)->mutable_image();
+  image.mutable_image()->set_digest("picture");
+  image.mutable_image()->set_path("picture.pfm");
+  scene_.mutable_textures(0)->set_name("tiles");
+  SharedContents contents;
+  const auto first = load(scene_, job_, &contents, blobs);
+  v1::Scene moved = scene_;
+  for (int i = 0; i < 16; ++i)
+    moved.mutable_shapes(0)->mutable_world_from_object()->add_elements(i % 5 == 0 ? 1.0f : 0.0f);
+  moved.mutable_shapes(0)->mutable_world_from_object()->set_elements(3, 0.5f);
+  const auto second = load(moved, job_, &contents, blobs);
+  EXPECT_EQ(reads, 1);
+  EXPECT_EQ(contents.images().shared(), 1u);
+  const auto alone = load(moved, job_, nullptr, blobs);
+  ASSERT_TRUE(first && second && alone);
+  EXPECT_NE(first->content(), second->content());
+  EXPECT_EQ(picture(*second, job_).values, picture(*alone, job_).values);
+  EXPECT_NE(picture(*second, job_).values, picture(*first, job_).values);
+  // In another encoding it is another picture.
+  image.set_encoding(v1::ImageTexture::SRGB);
+  const auto encoded = load(scene_, job_, &contents, blobs);
+  EXPECT_EQ(contents.images().shared(), 1u);
 }
 
 TEST_F(SharedContent, OutlivesTheSceneThatItWasBuiltFor) {

@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "render/build/blob_source.h"
+#include "render/build/texture/shared_images.h"
 #include "render/renderer.h"
 
 namespace tessera::v1 {
@@ -41,11 +42,14 @@ class SharedContents {
     std::lock_guard lock{mutex_};
     return shared_;
   }
+  /// Images of contents that are not the same as a whole.
+  SharedImages& images() { return images_; }
 
  private:
   mutable std::mutex mutex_;
   std::map<std::string, std::weak_ptr<const void>> contents_;
   std::uint64_t shared_ = 0;
+  SharedImages images_;
 };
 
 struct LoadOptions {

@@ -40,9 +40,10 @@ struct ArrayBuilders {
   SceneArrays& arrays;
   std::vector<std::string>& warnings;
   const TexelFilter unsaid_filter;  // of images
+  SharedImages* const shared_images;
 
   // Builders that ask for a texture mark its images as needed; they are decoded when nothing more asks.
-  TextureImages images{};
+  TextureImages images{shared_images};
   TextureBuilder textures{space, images, arrays.textures, unsaid_filter};
   MediumBuilder media{space, blobs, arrays.media};
   MaterialBuilder materials{textures, arrays.materials, warnings};
@@ -261,20 +262,22 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   arrays.lights.sources = light_sources;
   arrays.lights.shapes = &arrays.shapes;
   arrays.lights.textures = &arrays.textures;
-  std::unique_ptr<Parts> parts(new Parts{.scene = scene,
-                                         .options = options,
-                                         .accel = accel,
-                                         .settings = settings,
-                                         .content = content,
-                                         .builders = {.scene = scene,
-                                                      .blobs = blobs,
-                                                      .algorithm = *settings.algorithm,
-                                                      .space = render_space_about(*origin),
-                                                      .arrays = arrays,
-                                                      .warnings = content->warnings,
-                                                      .unsaid_filter = settings.texture_filter,
-                                                      .nesting = settings.nesting,
-                                                      .wants_flat = options.lists_instances}});
+  std::unique_ptr<Parts> parts(new Parts{
+      .scene = scene,
+      .options = options,
+      .accel = accel,
+      .settings = settings,
+      .content = content,
+      .builders = {.scene = scene,
+                   .blobs = blobs,
+                   .algorithm = *settings.algorithm,
+                   .space = render_space_about(*origin),
+                   .arrays = arrays,
+                   .warnings = content->warnings,
+                   .unsaid_filter = settings.texture_filter,
+                   .shared_images = options.contents == nullptr ? nullptr : &options.contents->images(),
+                   .nesting = settings.nesting,
+                   .wants_flat = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;

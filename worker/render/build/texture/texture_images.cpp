@@ -1,5 +1,6 @@
 #include "render/build/texture/texture_images.h"
 
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -31,7 +32,11 @@ std::shared_ptr<const TextureImage> TextureImages::slot(const v1::ImageTexture& 
   const std::string key = absl::StrCat(image.image().digest(), "/", static_cast<int>(encoding_of(image)), "/",
                                        image.gamma(), pyramid ? "/pyramid" : "");
   Slot& slot = slots_[key];
-  if (!slot.image) slot = {&image, pyramid, std::make_shared<TextureImage>()};
+  if (!slot.image) {
+    std::shared_ptr<TextureImage> known = shared_ == nullptr ? nullptr : shared_->find(key);
+    const bool decoded = known != nullptr;
+    slot = {&image, pyramid, decoded, decoded ? std::move(known) : std::make_shared<TextureImage>()};
+  }
   return slot.image;
 }
 
@@ -43,20 +48,22 @@ std::shared_ptr<const TextureImage> TextureImages::twin(const TextureImage* slot
 }
 
 absl::Status TextureImages::decode(const BlobSource& blobs, int threads) {
-  std::vector<const Slot*> wanted;
-  for (const auto& [key, slot] : slots_) {
-    if (needed_.contains(slot.image.get())) wanted.push_back(&slot);
+  std::vector<const std::pair<const std::string, Slot>*> wanted;
+  for (const auto& entry : slots_) {
+    if (!entry.second.decoded && needed_.contains(entry.second.image.get())) wanted.push_back(&entry);
   }
   return parallel_for(wanted.size(), threads, [&](std::size_t i) -> absl::Status {
-    const v1::ImageTexture& image = *wanted[i]->source;
+    const auto& [key, slot] = *wanted[i];
+    const v1::ImageTexture& image = *slot.source;
     auto bytes = blobs(image.image().digest());
     if (!bytes.ok()) return located(bytes.status(), absl::StrCat("image '", image.image().path(), "'"));
     auto loaded = load_texture_image(bytes->bytes, image.image().path(), {encoding_of(image), image.gamma()});
     if (!loaded.ok()) return loaded.status();
-    if (wanted[i]->pyramid) {
+    if (slot.pyramid) {
       if (auto s = make_pyramid(*loaded, image.image().path()); !s.ok()) return s;
     }
-    *wanted[i]->image = *std::move(loaded);
+    *slot.image = *std::move(loaded);
+    if (shared_ != nullptr) shared_->add(key, slot.image);
     return absl::OkStatus();
   });
 }

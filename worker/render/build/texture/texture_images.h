@@ -8,6 +8,7 @@
 
 #include "absl/status/status.h"
 #include "render/build/blob_source.h"
+#include "render/build/texture/shared_images.h"
 #include "render/color/texture_table.h"
 #include "tessera/v1/scene.pb.h"
 
@@ -15,6 +16,9 @@ namespace tessera::render {
 
 class TextureImages {
  public:
+  /// `shared` may be null: nothing is decoded yet.
+  explicit TextureImages(SharedImages* shared = nullptr) : shared_(shared) {}
+
   /// Where the image, or its pyramid, will be: every file once for each way of decoding it. Keeps a reference
   /// to the message.
   std::shared_ptr<const TextureImage> slot(const v1::ImageTexture& image, bool pyramid);
@@ -29,8 +33,10 @@ class TextureImages {
   struct Slot {
     const v1::ImageTexture* source = nullptr;
     bool pyramid = false;
+    bool decoded = false;  // for another scene
     std::shared_ptr<TextureImage> image;
   };
+  SharedImages* const shared_;
   std::map<std::string, Slot> slots_;  // by digest, encoding and whether there is a pyramid
   std::set<const TextureImage*> needed_;
 };
