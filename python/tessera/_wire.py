@@ -36,7 +36,7 @@ _CHANNEL_OPTIONS = [
 
 
 class TesseraError(Exception):
-    """What went wrong, in a sentence for people."""
+    """The reason of a failure, in a sentence for people."""
 
 
 class Unreachable(TesseraError):

@@ -102,7 +102,7 @@ class Job:
         return Progress.of(self._get().status)
 
     def _watch(self, status_only: bool) -> Iterator[farm_pb2.WatchJobResponse | Restart]:
-        """What the coordinator tells until the job is over, each result once; a break is bridged."""
+        """The coordinator's news until the job is over, each result once; a break is bridged."""
         after, revision, ended = 0, 0, False
         while not ended:
             request = farm_pb2.WatchJobRequest(job_id=self.id, after=after, status_only=status_only)

@@ -165,7 +165,7 @@ def pixel_values(node: TileResult) -> Floats:
 
 @dataclass
 class Picture:
-    """What a job has rendered. `channels` has planes of `data.height` rows, from the top, and `data.width`
+    """The picture that a job has rendered. `channels` has planes of `data.height` rows, from the top, and `data.width`
     columns; "R", "G" and "B" are linear Rec.709."""
 
     data: Rect  # the pixels that are there; a crop is smaller than the film

@@ -1,4 +1,4 @@
-"""What Blender shows, as a scene of Tessera: evaluated meshes, lamps, world and camera, without files between."""
+"""Blender's view as a scene of Tessera: evaluated meshes, lamps, world and camera, without files between."""
 
 from __future__ import annotations
 
@@ -231,7 +231,7 @@ class Exporter:
         area = 1.0
         if data.shape in {"DISK", "ELLIPSE"}:
             angles = -np.linspace(0, 2 * math.pi, 64, endpoint=False)
-            # As large as the ellipse that it stands for.
+            # The same area as the ellipse that it stands for.
             grow = math.sqrt(math.pi / (32 * math.sin(math.pi / 32)))
             corners = grow * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
             area = math.pi / 4

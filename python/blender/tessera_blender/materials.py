@@ -11,7 +11,7 @@ from tessera import Material, Scene, Texture
 
 
 class Surface:
-    """What a material slot becomes: how the surface scatters, and the radiance that it emits, if any."""
+    """The meaning of a material slot: how the surface scatters, and the radiance that it emits, if any."""
 
     def __init__(self, material: Material | None, emission: Any = None) -> None:
         self.material = material
@@ -155,7 +155,7 @@ class Materials:
         return list(node.inputs[socket].default_value)[:3] if found is None else found
 
     def _linked(self, material: Any, node: Any, socket: str) -> Any:
-        """What is linked to the socket, if that is known; else a warning, and the socket's own value."""
+        """The node that is linked to the socket, if that is known; else a warning, and the socket's own value."""
         if not node.inputs[socket].is_linked:
             return None
         source = node.inputs[socket].links[0].from_node
