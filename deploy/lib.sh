@@ -67,7 +67,7 @@ build() {
   begin "building build/$preset${*:+: $*}"
   ninja -C "$top/build/$preset" "$@" 2>&1 | tee "$log" | show_bar || {
     echo
-    # What failed, without the steps around it; or what ninja itself has to say.
+    # The step that failed, without those around it; or ninja's own words.
     if grep -q '^FAILED: ' "$log"; then
       sed -n -e '/^\[/d' -e '/^FAILED: /,$p' "$log" | head -n 100 >&2
     else

@@ -41,7 +41,7 @@ check_form() {
   end
 }
 
-# What `build/lint` compiles as one, and each source in it, one pair a line: whole rooms, or single sources.
+# Sources that `build/lint` compiles as one, and each source in it, one pair a line: whole rooms, or single sources.
 units() {
   local unit
   sed -n 's,^ *"file": "\(.*\)".*,\1,p' build/lint/compile_commands.json | awk '!seen[$0]++' |
@@ -78,7 +78,7 @@ tidy() {
 }
 
 check_faults() {
-  # What headers of the lint build are generated from may have changed, and so may the list of sources.
+  # Files from which headers of the lint build are generated may have changed, and so may the list of sources.
   build lint tessera_generated
   local all turn first
   units >"$work/units.txt"

@@ -72,7 +72,7 @@ std::string stages_line(const BenchCost& cost) {
   return absl::StrJoin(parts, ", ");
 }
 
-/// What rays are looked for in, how fast each kind finds it, and how much it visits.
+/// The structure that rays search, how fast each kind of ray finds something in it, and how much it visits.
 std::string structure_text(const BenchVariantResult& variant) {
   const auto figure = [&](const char* name) {
     const auto found = variant.structure.find(name);

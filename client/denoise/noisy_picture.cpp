@@ -119,9 +119,9 @@ void cut_fireflies(NoisyPicture& picture) {
   picture.fireflies = cuts.size();
 }
 
-/// What samples say of a half's variance is right where they are independent; those of a sequence cancel in
-/// part. The halves' difference knows that, but is itself noise: it scales what samples say, over squares of
-/// 17 x 17 pixels [Rousselle et al. 2012].
+/// The variance of a half, as its samples tell it, is right where they are independent; those of a sequence
+/// cancel in part. The halves' difference knows that, but is itself noise: it scales what samples say, over
+/// squares of 17 x 17 pixels [Rousselle et al. 2012].
 void scale_variance(NoisyPicture& picture, int threads) {
   constexpr int kRadius = 8;
   for (int c = 0; c < 3; ++c) {

@@ -40,7 +40,7 @@ Window moved(const Window& window, std::int32_t by) {
   return {window.x0 + by, window.y0 + by, window.x1 + by, window.y1 + by};
 }
 
-/// Of channel `c`.
+/// The samples of channel `c`.
 float pixel_value(const wire::ChannelDesc& channel, std::size_t c, float node, std::uint32_t count) {
   const wire::ChannelKind kind = channel.kind;
   const bool in_list = kind == wire::ChannelKind::kEntry || kind == wire::ChannelKind::kFurtherEntry;

@@ -63,7 +63,7 @@ struct BenchPhases {
   BenchCost cost;
 };
 
-/// What scenes that are loaded at a time have in common.
+/// The contents that scenes which are loaded at a time have in common.
 std::shared_ptr<render::SharedContents> make_shared_contents();
 
 class BenchScene;
@@ -85,7 +85,7 @@ class BenchScene {
   ~BenchScene();
 
   double build_cpu_seconds() const { return build_cpu_seconds_; }
-  /// What rays are looked for in: "build_cpu_seconds", "bytes" and, of structures other than Embree's,
+  /// The structure that rays search: "build_cpu_seconds", "bytes" and, of structures other than Embree's,
   /// "primitives", "nodes", "leaves", "empty_leaves", "references", "depth" and "sah_cost".
   std::map<std::string, double> structure() const;
   /// Warnings of what the scene asked for and was approximated or left out.

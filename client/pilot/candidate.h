@@ -1,4 +1,4 @@
-// What a pilot has of each algorithm that it tries.
+// The pictures and times that a pilot has of each algorithm that it tries.
 #pragma once
 
 #include <cstddef>

@@ -30,7 +30,7 @@ struct SurveyPlan {
 /// The parts of a survey before anything is told of its error.
 inline constexpr std::size_t kFirstParts = 24;
 
-/// Of the whole job. Standard errors are 0 where every part was rendered with all of its samples.
+/// Costs of the whole job. Standard errors are 0 where every part was rendered with all of its samples.
 struct JobEstimate {
   double cpu_seconds = 0, cpu_error = 0;
   double samples = 0, samples_error = 0;

@@ -81,7 +81,7 @@ std::vector<double> pooled(std::span<const Moments> moments, std::span<const dou
   return reference;
 }
 
-/// What values are divided by.
+/// The divisor of values.
 std::vector<double> norms_of(std::span<const Moments> moments, std::span<const double> shares,
                              const PilotFrame& frame) {
   std::vector<double> norms = smoothed(pooled(moments, shares), frame);

@@ -56,7 +56,7 @@ class Pilot {
     outcome_.frame = frame_of(plan_.job, kProbePixels);
     for (std::size_t c = 0; c < entries_.size(); ++c) {
       if (absl::Status s = probe(c); !s.ok()) return s;
-      // What is left to try will hardly be quicker, nor its scene be built in less time.
+      // The candidates that are left will hardly be quicker, nor its scene be built in less time.
       if (entries_.size() > 1 && cost_of_all() > 0 && !is_enough(c + 1)) return outcome_;
     }
     if (racing() == 0) return first_refusal_;
@@ -162,7 +162,7 @@ class Pilot {
         std::ranges::count(outcome_.entries, false, &PilotOutcome::Entry::dropped));
   }
 
-  /// As many of these images as the time is enough for, an even number.
+  /// The number of these images that the time is enough for; it is even.
   std::uint32_t affordable_images(std::uint32_t wanted) const {
     const double cost = cost_of_all() * static_cast<double>(outcome_.frame.pixels()) * samples_;
     const double more = std::clamp<double>(std::floor(left() / cost), 0, wanted - done_);

@@ -21,13 +21,13 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # assertions stay on: they guard invariants 
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
-  # What ccache asks for where headers are precompiled; so is -fpch-preprocess below.
+  # ccache asks for this where headers are precompiled; so is -fpch-preprocess below.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
     ${CCACHE_PROGRAM})
   set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
-# What every own target uses; generated protobuf code goes without the warnings.
+# Every own target uses this; generated protobuf code goes without the warnings.
 add_library(tessera_options INTERFACE)
 target_compile_options(tessera_options INTERFACE -Wall -Wextra -Wshadow -Wno-unused-parameter)
 if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU")

@@ -86,7 +86,7 @@ function(tessera_program name main)
   target_link_libraries(${name} PRIVATE ${name}-main)
 endfunction()
 
-# What every test, and whatever it starts, is told by its environment.
+# The environment of every test, and of all that it starts.
 set(TESSERA_TEST_ENVIRONMENT)
 if(TESSERA_SANITIZE)
   # A sanitizer's own dlopen() looks for modules along the sanitizer's run path, not the program's.

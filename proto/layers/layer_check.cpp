@@ -95,7 +95,8 @@ absl::Status check_layers(std::span<const Layer> layers) {
     return absl::InvalidArgumentError(
         absl::StrCat("layers have ", names.size(), " names; at most ", kMaxNames, " were expected"));
   }
-  // What a scene calls so is not known here: each name is one of an object, of a material and of a light.
+  // The things that a scene calls so are not known here: each name is one of an object, of a material and of
+  // a light.
   Alphabet alphabet;
   for (const std::string& name : names) {
     alphabet.surfaces.push_back({{name}, {}});

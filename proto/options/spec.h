@@ -65,7 +65,7 @@ std::vector<std::string> value_words(const OptionSpec& option);
 
 /// "-o, --output FILE".
 std::string left_of(const OptionSpec& option);
-/// What --help says of it, its range and default among that.
+/// The words of --help on it, its range and default among that.
 std::string right_of(const OptionSpec& option);
 
 /// "tessera render SCENE -o FILE [options]".

@@ -1,4 +1,4 @@
-// What the contract says of pixel filters: their usual sizes, and how samples become pixels with them.
+// The contract on pixel filters: their usual sizes, and how samples become pixels with them.
 #pragma once
 
 #include "absl/status/status.h"

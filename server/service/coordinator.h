@@ -72,7 +72,7 @@ struct CoordinatorOptions {
   std::string web = {};
   /// An address that is in use is no error: there is no web page then, and a warning says so.
   bool web_if_free = false;
-  /// What the page shows of the program's log; null: nothing.
+  /// The lines of the program's log that the page shows; null: nothing.
   std::shared_ptr<telemetry::RecentLines> lines = {};
   /// "HOST:PORT" to answer gRPC health checks on, without encryption or certificates; empty: only where calls
   /// are served.

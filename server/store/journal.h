@@ -149,7 +149,7 @@ class Journal {
   virtual absl::StatusOr<std::vector<CoveredUnits>> read_units(const std::string& job, std::uint64_t after,
                                                                std::uint32_t most) = 0;
 
-  /// What these results cost: serialized UnitStats, in order. Unimplemented where that is not kept.
+  /// Costs of these results: serialized UnitStats, in order. Unimplemented where that is not kept.
   virtual absl::StatusOr<std::vector<std::string>> read_stats(const std::string& /*job*/,
                                                               std::uint64_t /*after*/,
                                                               std::uint32_t /*most*/) {

@@ -4,7 +4,7 @@
 #   tests/fuzz/run.sh                      every target, a minute each
 #   tests/fuzz/run.sh --seconds 3600 ply   one, for an hour
 #
-# What is found is kept in build/fuzz/corpus/TARGET; an input that breaks something in build/fuzz/found, and the exit status is 1. A repair
+# Inputs that are new are kept in build/fuzz/corpus/TARGET; an input that breaks something in build/fuzz/found, and the exit status is 1. A repair
 # comes with that input, renamed, in tests/fuzz/corpus/TARGET. Kernels are not compiled for fuzzing: where build/release has some, scene_build
 # renders with those.
 set -euo pipefail

@@ -26,7 +26,7 @@ const Arguments kLongJob{"--resolution", "128x96", "--spp", "512"};
 /// A pilot of 3 % of this would tell nothing.
 const Arguments kShortJob{"--resolution", "32x24", "--spp", "4"};
 
-/// What the image's file says.
+/// The words of the image's file.
 std::string metadata(const std::filesystem::path& exr, const std::string& name) {
   const auto image = client::read_exr(exr.string());
   if (!image.ok() || !image->metadata.contains(name)) return "";

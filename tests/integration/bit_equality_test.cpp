@@ -169,7 +169,7 @@ TEST(BitEquality, SamplesAsNoiseAsksInProcessAndOnTwoWorkersWhateverTiles) {
   for (const char* tile : {"8", "20", "64"}) {
     EXPECT_EQ(render_hash(adaptive + Arguments{"--threads", "3", "--tile", tile}), expected)
         << "tiles of " << tile;
-    // Whatever the worker is at.
+    // The worker may be at anything.
     const std::string job = farm.submit_detached(adaptive + Arguments{"--tile", tile});
     farm.kill_worker(0);
     farm.restart_worker(0);

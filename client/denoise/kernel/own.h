@@ -1,4 +1,4 @@
-// What each instruction set's kernel consists of.
+// The parts of each instruction set's kernel.
 #pragma once
 
 #include "denoise/kernel/kernel.h"

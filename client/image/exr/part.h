@@ -24,7 +24,7 @@ struct ExrPart {
   std::vector<PartChannel> channels;  // in the order of the file, which is that of their names
   ExrCompression compression = ExrCompression::kZip;
 
-  /// Of a pixel.
+  /// The bytes of a pixel.
   std::size_t bytes() const;
 };
 

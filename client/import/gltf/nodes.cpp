@@ -53,7 +53,7 @@ void read_pose(Context& context, Node& node) {
       pose.rotation[i] = (*rotation)[i].get<double>();
       squared += pose.rotation[i] * pose.rotation[i];
     }
-    // What quaternions of 8 bits a component are off.
+    // The error of quaternions of 8 bits a component.
     if (!(std::abs(std::sqrt(squared) - 1) < 0.01))
       context.error(below(node.place, "rotation"),
                     concat("a quaternion of length ", std::sqrt(squared), ", not 1"));

@@ -9,7 +9,8 @@ namespace {
 
 constexpr std::uint32_t kFilmWidth = 1280, kFilmHeight = 720;
 constexpr double kDegrees = 180 / std::numbers::pi;
-/// What Blender's exporter multiplies the watts of lamps by (PBR_WATTS_TO_LUMENS); for suns it does not.
+/// The factor by which Blender's exporter multiplies the watts of lamps by (PBR_WATTS_TO_LUMENS); for suns it
+/// does not.
 constexpr double kBlenderLumensPerWatt = 683;
 
 /// The axes of a node at length 1, and where it is. Nothing where an axis has no length.

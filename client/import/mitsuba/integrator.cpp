@@ -15,7 +15,7 @@ namespace {
 
 constexpr std::uint32_t kUnlimited = wire::kMaxDepth;
 
-// Of Mitsuba 3 and 0.6.
+// The names of Mitsuba 3 and 0.6.
 constexpr IntegratorName kIntegrators[] = {
     {"path", "path", "path"},
     {"volpath", "volpath", "volpath"},

@@ -21,7 +21,7 @@ bool contains(const std::string_view (&names)[N], std::string_view name) {
   return std::find(std::begin(names), std::end(names), name) != std::end(names);
 }
 
-// Of versions 3 and 4.
+// The names of versions 3 and 4.
 constexpr IntegratorName kIntegrators[] = {
     {"path", "path", "path"},           {"volpath", "volpath", "volpath"},
     {"simplepath", "path", "path"},     {"simplevolpath", "volpath", "volpath"},

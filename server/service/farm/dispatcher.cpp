@@ -61,7 +61,7 @@ void Dispatcher::notify_work() {
 void Dispatcher::notify_worker(const std::string& worker) {
   {
     const std::lock_guard lock(mutex_);
-    // What it parks later is tried once anyway; what is being tried may have looked before.
+    // Calls that it parks later are tried once anyway; one that is being tried may have looked before.
     if (!trying_ && !by_worker_.contains(worker)) return;
     called_.insert(worker);
   }

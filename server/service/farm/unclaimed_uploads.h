@@ -15,8 +15,8 @@ class UnclaimedUploads {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  /// What no job has named is forgotten between `lifetime` and twice that after it was sent: by then the blob
-  /// is gone, too.
+  /// An upload that no job has named is forgotten between `lifetime` and twice that after it was sent: by
+  /// then the blob is gone, too.
   explicit UnclaimedUploads(std::chrono::seconds lifetime) : lifetime_(lifetime) {}
   /// Adds bytes that were sent of a blob.
   void note(const std::string& digest, std::uint64_t bytes, TimePoint now);

@@ -24,7 +24,7 @@ def tokens(text):
 
 
 class Scene:
-    """What a file says: the camera, and meshes with the material and light that hold for them."""
+    """The contents of a file: the camera, and meshes with the material and light that hold for them."""
 
     def __init__(self, path):
         with open(path) as file:

@@ -16,7 +16,7 @@ bool accepts_config(std::string_view bytes) {
     require(again.ok() && again->size() == 1 && again->front().key == "tls", "a value that is more than one");
   }
   if (!config.ok()) return false;
-  // What was set is there, and is all that is new.
+  // The value that was set is there, and is all that is new.
   if (const auto changed = client::with_setting(text, "render.spp", "64"); changed.ok()) {
     const auto again = client::parse_config(*changed, "file");
     require(again.ok() && again->size() <= config->size() + 1, "a setting that makes others");

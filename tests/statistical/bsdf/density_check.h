@@ -37,7 +37,7 @@ inline std::optional<HalfVectorMap> map_of(const BsdfCase& bsdf, const Direction
                            wo);
     }
     case kGltf: {
-      // Whatever way the anisotropy is turned.
+      // The anisotropy may be turned any way.
       const double alpha2 = bsdf.scalar(0) * bsdf.scalar(0), strength = bsdf.scalar(1) * bsdf.scalar(1);
       const double mean = std::max(std::sqrt(alpha2 * (alpha2 + (1 - alpha2) * strength)), kSmallest);
       return HalfVectorMap(mean, mean, bsdf.scalar(2),

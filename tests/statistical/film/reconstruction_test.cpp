@@ -93,7 +93,7 @@ void expect_same_means(const Pixels& a, const Pixels& b, int renders, std::uint3
   int tested = 0;
   for (std::size_t v = 0; v < 2 * kPixels; ++v) {
     const double error = std::sqrt((a.variance[v] + b.variance[v]) / renders);
-    // Of 512 values one is off by 5.5 standard errors once in 50,000 runs, whatever they have in common.
+    // One of 512 values is off by 5.5 standard errors once in 50,000 runs, whatever they have in common.
     EXPECT_NEAR(a.mean[v], b.mean[v], 5.5 * error + rare) << "value " << v;
     if (error < 1e-4 || std::min(a.mean[v], b.mean[v]) < rare) continue;
     chi2 += (a.mean[v] - b.mean[v]) * (a.mean[v] - b.mean[v]) / (error * error), ++tested;

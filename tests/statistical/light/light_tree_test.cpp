@@ -101,7 +101,7 @@ TEST(LightTree, PicksOneOfFewTheSameForOnePointAndForMany) {
   Random random(5);
   for (std::size_t lights = 2; lights <= kLightTreeWidth; ++lights) {
     Lamp lamp = many_lamps();
-    // Of all kinds.
+    // Lights of all kinds.
     std::shuffle(lamp.table.lights.begin(), lamp.table.lights.end(), places);
     lamp.table.lights.resize(lights);
     lamp.table.tree = build_light_tree(lamp.table);

@@ -148,7 +148,7 @@ TEST(BidirectionalFog, AgreesWithPathTracing) {
                    5, 0, "volpath");
 }
 
-/// What is partly open, or a thin sheet, is passed on the way.
+/// Surfaces that are partly open, and thin sheets, are passed on the way.
 TEST(BidirectionalVeil, AgreesWithPathTracing) {
   expect_agreement(things("thin_dielectric { eta { constant: 1.5 } }") + camera(kPerspective) +
                        lamp("sphere { radius: 0.7 }", "", kAbove) + R"(

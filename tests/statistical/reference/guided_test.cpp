@@ -66,7 +66,7 @@ TEST(Guided, RoomLitThroughAWindowIsThatOfPathTracing) {
   ASSERT_FALSE(plain.values.empty() || learned.values.empty());
   EXPECT_GT(plain.whole(1).mean, 0.05);
   expect_same(plain, learned);
-  // What it is for: less variance, over all blocks. It is two thirds; as an estimate of 31 degrees of freedom
+  // Its purpose: less variance, over all blocks. It is two thirds; as an estimate of 31 degrees of freedom
   // in each of 16 blocks, its ratio has a standard error of 9 %.
   EXPECT_LT(variance_of(learned), variance_of(plain));
 }

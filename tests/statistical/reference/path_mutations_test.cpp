@@ -113,7 +113,7 @@ class Strategy : public testing::TestWithParam<const char*> {};
 TEST_P(Strategy, AgreesWithPathTracingByItself) {
   const std::string settings =
       absl::StrCat("mutations: 128 large_steps: 0.01 kind: MUTATION_KIND_", GetParam());
-  // What lights at a point send through glass, `path` never finds.
+  // `path` never finds the light that lights at a point send through glass.
   for (const std::uint32_t seed : {1u, 2u})
     expect_agreement(all_lights("dielectric { eta { constant: 1.5 } }"), settings, 64, seed, "bdpt");
   expect_agreement(all_lights("plastic { }"), settings, 64, 3, "bdpt");

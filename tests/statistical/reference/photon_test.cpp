@@ -177,7 +177,7 @@ TEST_P(PhotonLimit, IsThePictureOfTheReference) {
   ASSERT_FALSE(path.values.empty() || photon.values.empty());
   EXPECT_GT(path.whole(1).mean, 0.005);
   EXPECT_LT(photon.whole(1).error, GetParam().error * photon.whole(1).mean);
-  // What is left of r^3: a ball of radius 0.6 fills half of the largest estimates' reach.
+  // The rest of r^3: a ball of radius 0.6 fills half of the largest estimates' reach.
   expect_same(path, photon, 5e-3);
 }
 

@@ -80,7 +80,7 @@ TEST(Radiosity, MakesTheSameBlobsInAnyOrder) {
   ASSERT_EQ(one.blobs.size(), 3u);
   EXPECT_EQ(one.blobs, other.blobs);
   EXPECT_GT(one.blobs[1].size(), 10'000u);
-  // What is no blob of theirs is refused.
+  // A blob that is none of theirs is refused.
   const std::vector<std::vector<std::string_view>> others = {
       {"x"}, {one.blobs[0], "x"}, {one.blobs[0], one.blobs[1], "x"}};
   for (const std::vector<std::string_view>& blobs : others) EXPECT_FALSE(file->scene->prepare(blobs).ok());

@@ -14,7 +14,7 @@ using test::wide256;
 
 constexpr double kUnit = 0x1p-53;
 
-/// What the polynomial along a ray may be off by in double precision, from wherever the ray comes: 12 (n + 2)
+/// The error of the polynomial along a ray in double precision, from wherever the ray comes: 12 (n + 2)
 /// roundings of the sum of all terms' sizes, and four roundings of a point's coordinates
 /// (polynomial_roots.h derives both); and as much again, for values within it count as zero.
 double band_of(const ImplicitRecord& surface) {
@@ -121,7 +121,7 @@ TEST_P(ImplicitRootsTest, AreTheFirstOfExactArithmetic) {
                    << size << ", distance " << distance << ": " << tally.wrong << " wrong of " << tally.rays
                    << ", " << tally.hits << " hits, " << tally.open << " open");
       EXPECT_EQ(tally.wrong, 0);
-      // Of a surface that is touched and never crossed, every hit is a matter of rounding.
+      // Where a surface is touched and never crossed, every hit is a matter of rounding.
       if (double_roots) {
         EXPECT_GT(tally.open, tally.rays / 4);
       } else {

@@ -90,7 +90,7 @@ TEST_P(Solids, HoldMediaThatVanishInWhiteLight) {
   }
 }
 
-/// What absorbs tells that there is a medium at all, and on the inner side of a mirrored border.
+/// A medium that absorbs tells that there is a medium at all, and on the inner side of a mirrored border.
 TEST_P(Solids, HoldMediaWithin) {
   const std::string haze = "media { name: 'soot' extinction { constant { constant: 1 } } } ";
   const auto share = [&](const char* placed) {
@@ -106,7 +106,8 @@ TEST_P(Solids, HoldMediaWithin) {
   EXPECT_NEAR(share(kMirrored), straight, 0.1);
 }
 
-/// What emits becomes triangles, even where it emits nothing: the same picture, by the same parameters.
+/// A shape that emits becomes triangles, even where it emits nothing: the same picture, by the same
+/// parameters.
 TEST(FlatShapes, LookLikeTheirTriangles) {
   const std::string squares =
       "textures { name: 'squares' checkerboard { even { constant { constant: 0.9 } } odd { constant { "
@@ -168,7 +169,7 @@ TEST(HalfSpaces, LookLikeADiskThatIsAlmostAsLarge) {
           "shapes { half_space {} world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,-1,0,0, 0,0,0,1] } "
           "world_from_object_end { elements: [1,0,0,2, 0,0,1,-1, 0,-1,0,3, 0,0,0,1] } }"),
       "path", 64));
-  // Of one sampling sequence; roundings choose other paths now and then.
+  // Both are of one sampling sequence; roundings choose other paths now and then.
   EXPECT_NEAR(plane, disk, 0.003 * disk);
   EXPECT_NEAR(instance, disk, 0.003 * disk);
   EXPECT_NEAR(moving, disk, 0.003 * disk);

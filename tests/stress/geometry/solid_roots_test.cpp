@@ -147,7 +147,7 @@ Expected frustum(const Line& line, const QuadricRecord& q) {
   const Quad a = d.x * d.x + d.y * d.y - grows * grows, b = o.x * d.x + o.y * d.y - radius * grows,
              c = o.x * o.x + o.y * o.y - radius * radius;
   const Quad discriminant = b * b - a * c;
-  // Of the value of the quadric where the ray is closest to the axis, in squares of object space.
+  // The value of the quadric where the ray is closest to the axis, in squares of object space.
   if (a != 0) certain = magnitude(discriminant / a) > 16 * line.off;
   if (discriminant >= 0 && a != 0) {
     const Quad half = root(discriminant);

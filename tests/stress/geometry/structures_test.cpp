@@ -228,7 +228,7 @@ TEST(Structures, LeaveNoHoles) {
   }
 }
 
-/// What bench tells of a structure: each ray's nodes add up to the query's own count, and nearly all
+/// The figures of bench on a structure: each ray's nodes add up to the query's own count, and nearly all
 /// primitives are left out.
 TEST(Structures, CountWhatTheyVisit) {
   const ShapeTable table = stadium();

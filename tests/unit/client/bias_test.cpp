@@ -120,7 +120,7 @@ TEST(BiasEstimator, NoiseThatPixelsShareIsNoBias) {
     }
     false_alarms += estimator.result().is_biased();
   }
-  // As above; with errors of single pixels, half of the estimates (those above 0) would be alarms.
+  // The same as above; with errors of single pixels, half of the estimates (those above 0) would be alarms.
   EXPECT_LE(false_alarms, 10);
 }
 

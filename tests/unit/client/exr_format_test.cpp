@@ -1,4 +1,4 @@
-// What a file of compositors may look like: compressions, tiles, names, kinds of numbers; read by OpenEXR's
+// The forms of a file for compositors: compressions, tiles, names, kinds of numbers; read by OpenEXR's
 // own readers.
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>

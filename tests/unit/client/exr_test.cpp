@@ -117,7 +117,7 @@ TEST(Exr, LongNamesAreKept) {
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_EQ(read->find(name)->values, image.find(name)->values);
   EXPECT_EQ(read->metadata.at(key), image.metadata.at(key));
-  // What was read is written again, with what the library said of the file.
+  // The image that was read is written again, with the library's own facts of the file.
   ASSERT_TRUE(write_exr(*read, directory / "b.exr", {.multipart = true}).ok());
   const absl::StatusOr<Image> again = read_exr(directory / "b.exr");
   ASSERT_TRUE(again.ok()) << again.status();

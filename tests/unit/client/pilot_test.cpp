@@ -146,8 +146,8 @@ TEST(Pilot, LeavesOutWhatIsBlind) {
 }
 
 TEST(Pilot, WeighsBiasByTheJobsSamples) {
-  // Of 4 samples, noise is what counts; of 4,096 the bias, which is 2 % in the mean of their passes (0.25^2 *
-  // 1.5^2 * 4096^(-2/3) = 5.5e-4; the variances are 2.4e-4 and 4.9e-5).
+  // With 4 samples noise is what counts; with 4,096 the bias, which is 2 % in the mean of their passes
+  // (0.25^2 * 1.5^2 * 4096^(-2/3) = 5.5e-4; the variances are 2.4e-4 and 4.9e-5).
   const std::vector<Toy> toys{{.name = "bdpt", .variance = 1, .ways = 2},
                               {.name = "vcm", .variance = 0.2, .blur = 0.25, .ways = 3}};
   expect_all(toys, 4, "vcm");
@@ -245,7 +245,7 @@ TEST(Pilot, LeavesOutWhatIsRefused) {
   EXPECT_EQ(only->best, 1u);
   EXPECT_FALSE(only->judged);
 
-  // What the second costs is known only when the first was refused.
+  // The cost of the second is known only when the first was refused.
   ToyRenderer third({{.name = "path", .refusal = "no"}, {.name = "bdpt"}, {.name = "vcm", .variance = 0.1}},
                     1);
   const absl::StatusOr<PilotOutcome> rest = third.run(64);

@@ -24,7 +24,7 @@ TEST(FillIn, QuotesWhatItPutsIn) {
       fill_in("render {scene} --spp {spp} > {out}", {{"scene", "a b's;$x"}, {"spp", "4"}, {"out", "o"}});
   ASSERT_TRUE(line.ok()) << line.status();
   EXPECT_EQ(*line, "render 'a b'\\''s;$x' --spp '4' > 'o'");
-  // What is put in is not looked at again.
+  // The text that is put in is not looked at again.
   EXPECT_EQ(*fill_in("{scene}", {{"scene", "{spp}"}}), "'{spp}'");
   EXPECT_EQ(*fill_in("a{} {1} {", {}), "a{} {1} {");
   EXPECT_EQ(fill_in("{spq}", {{"spp", "4"}}).status().code(), absl::StatusCode::kInvalidArgument);

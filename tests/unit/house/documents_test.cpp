@@ -1,4 +1,4 @@
-// What the documents say is so: the files that they name are there, and the lists of integrators are whole.
+// The documents say what is so: the files that they name are there, and the lists of integrators are whole.
 #include <gtest/gtest.h>
 
 #include <filesystem>

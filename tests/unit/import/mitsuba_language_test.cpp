@@ -167,7 +167,7 @@ TEST_F(MitsubaLanguage, MatricesAndViewsActAfterWhatStandsBeforeThem) {
   // A quarter turn about z takes the place (1, 0, 0) to (0, 1, 0).
   const std::vector<double> turned = elements_of(result.scene.shapes(0).world_from_object());
   EXPECT_THAT(std::vector<double>({turned[3], turned[7], turned[11]}), ElementsAre(0, 1, 0));
-  // What lies 2 before the eye is 2 along its view, which is x.
+  // A point 2 before the eye is 2 along its view, which is x.
   const std::vector<double> viewed = elements_of(result.scene.shapes(1).world_from_object());
   EXPECT_NEAR(viewed[3], 2, 1e-12);
   EXPECT_NEAR(viewed[7], 0, 1e-12);

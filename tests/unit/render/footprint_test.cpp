@@ -1,4 +1,4 @@
-// What a pixel covers of a plane, against the camera's own rays.
+// The part of a plane that a pixel covers, against the camera's own rays.
 #include "render/camera/footprint.h"
 
 #include <gtest/gtest.h>

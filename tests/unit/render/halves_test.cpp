@@ -31,7 +31,7 @@ client::Image render(const wire::AlgorithmTraits& algorithm, v1::Reconstruction 
   return file.ok() ? render_image(*file) : client::Image{};
 }
 
-/// Of two samples, the first half is the first one: the picture of one sample, which is its own first half.
+/// With two samples, the first half is the first one: the picture of one sample, which is its own first half.
 void expect_first_sample(const wire::AlgorithmTraits& algorithm, v1::Reconstruction reconstruction) {
   const client::Image one = render(algorithm, reconstruction, 1), two = render(algorithm, reconstruction, 2);
   bool differ = false;

@@ -155,7 +155,7 @@ TEST(MipLookup, IsBilinearWhereTheFootprintIsWithinATexel) {
                 const Spectrum actual = eval_texture(filtered, 0, at, Mask::all());
                 for (int l = 0; l < kWidth; ++l) {
                   for (int c = 0; c < 3; ++c) {
-                    // As in texture_eval_test, and half of a 65535th.
+                    // The tolerance of texture_eval_test, and half of a 65535th.
                     ASSERT_NEAR(actual.c[c].lane(l), expected.c[c].lane(l), 6e-5)
                         << static_cast<int>(wrap) << " " << width << " " << u[l] << " " << v[l];
                   }

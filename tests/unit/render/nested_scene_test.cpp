@@ -255,8 +255,8 @@ TEST(NestedScene, HoldsTenToTheTenthBalls) {
   std::size_t balls = 0;
   for (const float instance : image.find("id.instance")->values) balls += instance > 0;
   EXPECT_GT(balls, 20u);
-  // As few levels as there is room for find as many. A ball has 6e-6 of the ring's radius, and rays are in
-  // single precision: ten roundings of an origin that is 10^5 radii away are a good part of a ball, so one
+  // The fewest levels that there is room for find as many. A ball has 6e-6 of the ring's radius, and rays are
+  // in single precision: ten roundings of an origin that is 10^5 radii away are a good part of a ball, so one
   // hit in four is another. In pictures that have nothing in common nearly all would be.
   const client::Image fewer = picture(scene, v1::NESTING_AUTO, 4);
   std::size_t other = 0, found = 0;

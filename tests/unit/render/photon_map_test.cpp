@@ -66,7 +66,7 @@ std::multiset<std::int32_t> near(const Map& map, const Dot& p) {
   map.for_each_near(p.x, p.y, p.z, [&](std::int32_t first, Mask found, Float) {
     const Map::Wide photons = map.load(first);
     for (const std::int32_t name : lanes_of(photons.name, found)) names.insert(name);
-    // What a photon carries comes with it.
+    // The fields of a photon come with it.
     EXPECT_TRUE(none(found & (photons.weight != to_float(photons.name) * 0.5f)));
   });
   return names;

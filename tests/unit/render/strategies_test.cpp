@@ -74,7 +74,7 @@ class Strategies : public testing::Test {
                                   kSide, {}, "bdpt");
   }
 
-  /// What `max_depth` events or fewer bring, less what one event fewer does: the same paths in both.
+  /// The light of `max_depth` events or fewer, less what one event fewer does: the same paths in both.
   Quarters by_path(std::int32_t events) const {
     return measure(64, [&](std::uint32_t begin, std::uint32_t end) {
       wire::TileResult more = render_path(events, begin, end);

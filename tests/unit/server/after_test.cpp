@@ -179,7 +179,7 @@ TEST_F(AfterTest, AListenerIsToldOfEveryEndOnce) {
   const std::vector<std::string> all = {second + " CANCELLED ", third + " FAILED ",
                                         first + " DONE https://good/"};
   EXPECT_THAT(listener.told(), testing::UnorderedElementsAreArray(all));
-  // What had ended before is no news to the next coordinator.
+  // Jobs that had ended before are no news to the next coordinator.
   start(CoordinatorOptions{.listen = "127.0.0.1:0", .data_dir = directory_.path(), .listener = &listener});
   EXPECT_EQ(job(first).state(), v1::DONE);
   EXPECT_THAT(listener.told(), testing::UnorderedElementsAreArray(all));

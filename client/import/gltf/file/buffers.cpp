@@ -9,7 +9,8 @@ namespace {
 
 constexpr const char* kMeshopt = "EXT_meshopt_compression";
 constexpr std::int64_t kElementArray = 34963;  // bufferView.target of indices
-/// What compressed data may grow to: streams of zeros, the best case of the codec, grow about 250-fold.
+/// Growth of compressed data that is let through: streams of zeros, the best case of the codec, grow about
+/// 250-fold.
 constexpr std::size_t kMostGrowth = 1024;
 
 const Json& entry(const Context& context, const char* array, std::size_t index) {

@@ -35,7 +35,7 @@ std::size_t size_member(const Json& object, const char* name);
 bool flag_of(const Json* object, const char* name, bool fallback);
 std::string text_of(const Json* object, const char* name, const std::string& fallback = "");
 std::optional<std::size_t> index_of(const Json* object, const char* name);
-/// Of an array of the document, or an object's; 0 where there is none.
+/// Elements of an array of the document, or of an object's; 0 where there is none.
 std::size_t size_of(const Json* object, const char* name);
 const Json* element(const Json* object, const char* name, std::size_t index);
 const Json* extension(const Json* object, const char* name);

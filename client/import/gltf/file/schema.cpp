@@ -80,7 +80,7 @@ class FormCheck {
                    concat("expected an index of one of ", count, " ", member.of, ", found ", brief(value)));
   }
 
-  /// Of an array of the document: "meshes", or "KHR_lights_punctual/lights".
+  /// The name of an array of the document: "meshes", or "KHR_lights_punctual/lights".
   std::size_t collection_size(const std::string& name) const {
     const std::size_t slash = name.find('/');
     const Json* array = slash == std::string::npos

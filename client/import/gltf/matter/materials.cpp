@@ -237,7 +237,8 @@ struct MaterialTable::Writer {
     v1::Medium& medium = *context.scene.add_media();
     matter.medium = name + "-inside";
     medium.set_name(matter.medium);
-    // What is left after `distance` is the colour: exp(-sigma distance). Black would be infinitely dense.
+    // The light that is left after `distance` is the colour: exp(-sigma distance). Black would be infinitely
+    // dense.
     constexpr double kDarkest = 1e-4;
     Color sigma;
     for (std::size_t c = 0; c < 3; ++c)

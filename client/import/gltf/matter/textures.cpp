@@ -27,7 +27,7 @@ void write_mapping(const Json* transform, v1::UvMapping& mapping) {
   const auto [offset_u, offset_v] = pair("offset", 0);
   const auto [scale_u, scale_v] = pair("scale", 1);
   const double rotation = number_of(transform, "rotation", 0);
-  // As the sample renderers read the extension: offset + (c s; -s c) scale uv.
+  // The sample renderers read the extension so: offset + (c s; -s c) scale uv.
   const double a = std::cos(rotation) * scale_u, b = std::sin(rotation) * scale_v;
   const double c = -std::sin(rotation) * scale_u, d = std::cos(rotation) * scale_v;
   mapping.set_scale_u(static_cast<float>(a));

@@ -12,7 +12,7 @@ namespace tessera::client::gltf {
 
 enum class Usage { kVertices, kIndices, kInverseBindMatrices, kTimes, kKeys };
 
-/// What the values of an accessor have to be, beyond finite.
+/// Demands on the values of an accessor, beyond that they are finite.
 struct Demands {
   bool unit_vectors = false;       // three components of length 1
   bool tangents = false;           // the same, and a sign

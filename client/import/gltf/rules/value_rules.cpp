@@ -113,7 +113,7 @@ class ValueCheck {
 
   Context& context_;
   AccessorTable& accessors_;
-  // Of the accessor that is looked at.
+  // The accessor that is looked at.
   const Accessor* accessor_ = nullptr;
   std::string place_;
   std::vector<double> low_, high_, element_;

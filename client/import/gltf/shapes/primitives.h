@@ -52,7 +52,7 @@ class PrimitiveReader {
   Context& context_;
   BufferTable& buffers_;
   AccessorTable& accessors_;
-  // Of the primitive that is read.
+  // The primitive that is read.
   const Json* json_ = nullptr;
   std::string place_;
   std::size_t vertex_count_ = 0;

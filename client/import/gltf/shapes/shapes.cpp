@@ -261,7 +261,7 @@ class ShapeWriter {
     }
   }
 
-  /// What no node shows is read all the same, for what is wrong with it.
+  /// Reads meshes that no node shows, too, for what is wrong with them.
   void check_unused() {
     std::set<std::size_t> shown;
     for (const Node& node : nodes_) {

@@ -137,7 +137,7 @@ std::string written(const std::vector<std::int32_t>& events, std::int32_t source
 TEST(LayerAutomaton, AgreesWithRegularExpressionsOnEveryPathFromBothEnds) {
   const std::vector<Case> cases(std::begin(kCases), std::end(kCases));
   std::size_t compared = 0, held = 0;
-  // As many at a time as a picture may have, so that all of an automaton is tried.
+  // The most at a time that a picture may have, so that all of an automaton is tried.
   for (std::size_t first = 0; first < cases.size(); first += layers::kMaxLayers) {
     const std::size_t count = std::min(cases.size() - first, layers::kMaxLayers);
     std::vector<Layer> asked;

@@ -1,4 +1,4 @@
-// What combinations of solids refuse, by name, and what they become.
+// Combinations of solids: what they refuse, by name, and what they become.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

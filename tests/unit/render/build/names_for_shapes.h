@@ -15,7 +15,7 @@ namespace tessera::render {
 
 class NamesForShapes : public testing::Test {
  protected:
-  /// Of the materials, number `usual_material` is that of shapes which name none.
+  /// Names for shapes; material number `usual_material` is that of shapes which name none.
   explicit NamesForShapes(int usual_material = 0, std::map<std::string, int> attribute_names = {})
       : materials_{"material", usual_material}, attribute_names_(std::move(attribute_names)) {}
 

@@ -109,7 +109,7 @@ TEST_F(TextureBuilderTest, ImagesAreFilteredByTheirUse) {
   EXPECT_EQ(node(builder.node("plain")).filter, TexelFilter::kBilinear);
   EXPECT_EQ(node(builder.node("long")).filter, TexelFilter::kEwa);
   EXPECT_EQ(node(builder.node("long")).max_anisotropy, 16);
-  // What is so already is not made again.
+  // A texture that is so already is not made again.
   EXPECT_EQ(*builder.exact_node("plain"), *builder.node("plain"));
   EXPECT_EQ(*builder.filtered_node("long"), *builder.node("long"));
   for (const char* const name : {"unsaid", "long"}) {

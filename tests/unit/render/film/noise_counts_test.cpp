@@ -184,10 +184,11 @@ TEST(SampleCounts, WithoutBiasAtEdgesAndBordersOfBlocks) {
     chi2 += (mean - lit - 1) * (mean - lit - 1) / (variance / kPictures);
     spread += variance;
   }
-  // Of 24 degrees of freedom, a little fewer as neighbours share samples: beyond 60 in one of 20,000 seeds.
+  // The sum has 24 degrees of freedom, a little fewer as neighbours share samples: beyond 60 in one of 20,000
+  // seeds.
   EXPECT_LT(chi2, 60);
   RecordProperty("chi2", std::to_string(chi2));
-  // What is said of the variance: 72,000 values, whose own deviation is below twice their mean.
+  // The variance that is told: 72,000 values, whose own deviation is below twice their mean.
   EXPECT_NEAR(said / spread, 1, 0.04);
 }
 

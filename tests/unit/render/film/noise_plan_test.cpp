@@ -20,7 +20,7 @@ Pilot pilot_of(Error error) {
   return pilot;
 }
 
-/// What a pilot of `degrees` of freedom a half sees of a deviation.
+/// The deviation that a pilot of `degrees` of freedom a half sees.
 std::array<float, 2> seen(double error, std::mt19937& random, double degrees = 12) {
   std::gamma_distribution<double> chi2(degrees / 2, 2 / degrees);
   return {static_cast<float>(error * chi2(random)), static_cast<float>(error * chi2(random))};

@@ -227,7 +227,7 @@ TEST(RecordBlobs, DamagedBytesAreRefusedOrHarmless) {
       EXPECT_TRUE(read.empty());
       continue;
     }
-    // What is let through gives numbers.
+    // A blob that is let through gives numbers.
     const IrradianceCache cache(std::move(read), kError);
     const Irradiance light = cache.look_up(points(random), kUp, Mask::all());
     for (int c = 0; c < kSpectrumLanes; ++c) EXPECT_TRUE(none(light.found & ~(light.value.c[c] >= 0.0f)));

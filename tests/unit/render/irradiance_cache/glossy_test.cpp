@@ -67,7 +67,7 @@ TEST(Harmonics, BelowTheHorizonIsTheMirrorImage) {
 struct Seen {
   double radiance, distance;
 };
-/// What is seen from (x, 0, 0) along a unit direction.
+/// The light that is seen from (x, 0, 0) along a unit direction.
 using World = std::function<Seen(double x, const double (&d)[3])>;
 
 /// Rays through the middle of every cell.
@@ -113,10 +113,10 @@ Seen below_disk(double x, const double (&d)[3]) {
 }
 
 TEST(RadianceHemisphere, CoefficientsChangeAsTheirGradientsSay) {
-  // Of 90,000 cells, 1/147 of z high: borders pass through cells in steps, by which each coefficient errs,
-  // and so do gradients: by about a cell of each of two borders, 1.4 %, of their largest, and 3 are allowed.
-  // The differences are of places 0.1 away on both sides, whose cells' errors (0.7 % of some 2.5) over 0.2
-  // are the same again.
+  // There are 90,000 cells, 1/147 of z high: borders pass through cells in steps, by which each coefficient
+  // errs, and so do gradients: by about a cell of each of two borders, 1.4 %, of their largest, and 3 are
+  // allowed. The differences are of places 0.1 away on both sides, whose cells' errors (0.7 % of some 2.5)
+  // over 0.2 are the same again.
   constexpr int kSamples = 90'000, kFew = 4;
   for (const double x : {0.0, 0.7, 1.6}) {
     const auto here = look_around(below_disk, x, kSamples, kFew);
@@ -298,7 +298,7 @@ TEST(GlossyBlobs, DamagedBytesAreRefusedOrHarmless) {
       EXPECT_TRUE(read.sites.empty() && read.numbers.empty());
       continue;
     }
-    // What is let through gives numbers.
+    // A blob that is let through gives numbers.
     const GlossyCache cache(std::move(read), 0.3f);
     const GlossyCache::Light light =
         cache.look_up(everywhere(0.1f, 0.2f, 0), everywhere(0, 0, 1), some_lobe(), Mask::all());

@@ -20,7 +20,7 @@ using V = std::array<double, 3>;
 struct Seen {
   double radiance, distance;
 };
-/// What is seen along a direction.
+/// The light that is seen along a direction.
 using World = std::function<Seen(const V& direction)>;
 
 /// Rays through the middle of every cell.

@@ -112,7 +112,7 @@ class PathSpaceBalance : public testing::Test {
     return {u(), u(), u(), u(), u(), u(), u()};
   }
 
-  /// As many independent paths, and what each stands for, over the measurement contribution: a sample of it.
+  /// Independent paths, so many, and what each stands for, over the measurement contribution: a sample of it.
   std::vector<double> make_candidates(std::vector<ExplicitPath>& paths, std::uint32_t key) {
     std::vector<Growth> growths;
     for (std::size_t i = 0; i < paths.size(); ++i) {

@@ -89,7 +89,7 @@ TEST(QueryInside, ACubeWithoutAFaceIsUnsureAboutItsHoleAlone) {
     const V3d p(coordinate(random), coordinate(random), coordinate(random));
     const bool within = std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1;
     EXPECT_EQ((*whole)->at(p).inside(), within ? Inside::kInside : Inside::kOutside);
-    // Of the holed one, the winding number lacks the solid angle of the face that is not there.
+    // The winding number of the holed one lacks the solid angle of the face that is not there.
     const auto corner = [&](double x, double y) { return V3d(x, y, 1) - p; };
     const double face = (render::solid_angle(corner(-1, -1), corner(1, -1), corner(-1, 1)) +
                          render::solid_angle(corner(1, -1), corner(1, 1), corner(-1, 1))) /
@@ -120,7 +120,7 @@ TEST(QueryInside, ASheetThatALineCrossesIsNoReasonForDoubt) {
   EXPECT_EQ((*scene)->at({0, 0, 1.99}).inside(), Inside::kUnsure);
 }
 
-/// Of a sphere, and of one cut open, whose winding numbers are no whole numbers.
+/// Winding numbers of a sphere, and of one cut open, where they are no whole numbers.
 TEST(QueryInside, WindingTreesAreAsGoodAsSumsOverAllTriangles) {
   for (const double share : {1.0, 0.6}) {
     const std::string blob = sphere_mesh(60, 90);

@@ -41,14 +41,14 @@ TEST(RadiosityLimits, LinksKeepToTheirNumber) {
   EXPECT_GT(static_cast<double>(all), 2 * most) << "there is something to cut";
   EXPECT_LE(static_cast<double>(few.links.size()), most);
   EXPECT_GT(few.cut_short, 0u);
-  // What is left is coarse, but a solution.
+  // The rest is coarse, but a solution.
   Forest forest = room.grow(few);
   solve(forest, 1e-5);
   EXPECT_NEAR(forest.node(0).radiosity.band[0], 0.2, 0.02);
 }
 
 TEST(RadiosityLimits, LinksBetweenWholeSidesKeepToTheirNumber) {
-  // What the estimate does: clusters of a form factor of 0.01 at most, unless there is no room for them.
+  // The estimate allows clusters of a form factor of 0.01 at most, unless there is no room for them.
   const Room room(tiles(6));
   const std::vector<Brightness::Value> sides(room.surfaces().sides(), {1, 0});
   LinkBounds bounds{.split = false, .error = 1, .factor = 0.01, .rays = 2};

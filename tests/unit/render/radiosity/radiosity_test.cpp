@@ -58,7 +58,7 @@ TEST(Radiosity, AWhiteRoomIsBrightEverywhere) {
 }
 
 TEST(Radiosity, ABoxInAWhiteRoomIsAsBright) {
-  // Whatever hides a wall is as bright as the wall.
+  // Anything that hides a wall is as bright as the wall.
   std::vector<Square> squares = cube(0.7f, 0.1f);
   for (Square wall : cube(0.7f, 0.1f)) {
     std::swap(wall.a, wall.b);  // seen from outside
@@ -111,7 +111,7 @@ TEST(Radiosity, ASmallLampLightsTheWholeRoom) {
     const double area = room.surfaces().patch(node.name).area;
     absorbed += area * (1 - double{node.matter.reflectance.band[0]}) * double{node.irradiance.band[0]};
   }
-  // Of the largest link, the lamp's, shadows and corners at the smallest patches take some per cent.
+  // Shadows and corners at the smallest patches take some per cent of the largest link, the lamp's.
   EXPECT_NEAR(absorbed, 0.6, 0.05 * 0.6);
 }
 

@@ -237,7 +237,7 @@ TEST(Csg, AFaceOfTwoIsThatOfTheOneNamedFirst) {
   EXPECT_EQ(first_material(csg("UNION", a + b), 8), 2);
   EXPECT_EQ(first_material(csg("INTERSECTION", b + a), 5), 2);
   EXPECT_EQ(first_material(csg("INTERSECTION", b + a), 7), 1);
-  // What does not change there has no say: the first is inside before and behind.
+  // A solid that does not change there has no say: the first is inside before and behind.
   const std::string all = solid(box(-1, 4) + "material: 'm3'");
   EXPECT_EQ(first_material(csg("INTERSECTION", all + b + a), 5), 2);
 }
@@ -246,7 +246,7 @@ TEST(Csg, CutFacesHaveTheMaterialThatIsAskedFor) {
   const std::string operands = solid(box(0, 3) + "material: 'm1'") + solid(box(-1, 1) + "material: 'm2'");
   EXPECT_EQ(CsgTable(csg("DIFFERENCE", operands)).material(kAlongX, 6), 2);
   EXPECT_EQ(CsgTable(csg("DIFFERENCE cut_faces: CUT", operands)).material(kAlongX, 6), 1);
-  // Of several solids it is that of the one which is there.
+  // With several solids it is that of the one which is there.
   const std::string two = "parts { begin { operation: UNION } } " + solid(box(2, 4) + "material: 'm3'") +
                           solid(box(0, 3) + "material: 'm1'") + "parts { end: true } ";
   const std::string cutter = solid(box(-1, 1) + "material: 'm2'");
@@ -364,7 +364,7 @@ TEST(Csg, HasTheVolumeOfItsClosedForm) {
   const std::string ball = "sphere { radius: 1 }";
   expect_volume(csg("INTERSECTION", solid(ball + at(0, 0, -0.6)) + solid(ball + at(0, 0, 0.6))), 1, lens);
   expect_volume(csg("INTERSECTION", solid(ball + at(-0.6, 0, 0)) + solid(ball + at(0.6, 0, 0))), 1, lens);
-  // What the other leaves of one.
+  // The part of one that the other leaves.
   expect_volume(csg("DIFFERENCE", solid(ball + at(-0.6, 0, 0)) + solid(ball + at(0.6, 0, 0))), 2,
                 4 * M_PI / 3 - lens);
   expect_volume(csg("UNION", solid(ball + at(-0.6, 0, 0)) + solid(ball + at(0.6, 0, 0))), 2,
@@ -433,8 +433,8 @@ TEST(Csg, MeshesAreWatertight) {
   RandomTree random(14, 1);
   int met = 0;
   for (int i = 0; i < 20000; ++i) {
-    // Of few digits, so that nothing is rounded: edges, diagonals and corners are hit, and planes are run
-    // along.
+    // Numbers of few digits, so that nothing is rounded: edges, diagonals and corners are hit, and planes are
+    // run along.
     const auto digit = [&] { return std::floor(random.number(-4, 5)) / 2; };
     const Point from{digit() * 4, digit() * 4, digit() * 4}, to{digit(), digit(), digit()};
     if (length(to - from) == 0) continue;
