@@ -151,6 +151,7 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       entry->fetched = false;
       return;
     case FarmEvent::Kind::kUnitFailed:
+    case FarmEvent::Kind::kSceneFault:
     case FarmEvent::Kind::kUnitLost:
     case FarmEvent::Kind::kRunFailed:
     case FarmEvent::Kind::kRunLost:

@@ -233,12 +233,16 @@ TEST_F(JobsTest, AFailedJobSaysWhy) {
   *request.mutable_token() = lease(worker, 1).leases(0).token();
   request.set_message("mesh 3: index out of range");
   request.set_scene_fault(true);
+  request.add_log("the last line");
   grpc::ClientContext context;
   v1::FailResponse response;
   ASSERT_TRUE(work_->Fail(&context, request, &response).ok());
   const auto last = watch(watch_request(id)).back().status();
   EXPECT_EQ(last.state(), v1::FAILED);
   EXPECT_EQ(last.error(), "mesh 3: index out of range");
+  const v1::JobStatus status = job(id);
+  ASSERT_EQ(status.latest_failures_size(), 1);
+  EXPECT_THAT(status.latest_failures(0).failure().log(), testing::ElementsAre("the last line"));
 }
 
 TEST_F(JobsTest, SubmittingTwiceIsOneJob) {
