@@ -204,13 +204,12 @@ TEST_F(JobsTest, AUnitThatFailsIsToldAtOnce) {
 TEST_F(JobsTest, FailuresHaveTheWorkersLastLines) {
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
-  // Units come one at a time: one of a run would only be cut.
-  std::string aside;
   std::vector<std::string> long_log(100, std::string(100, 'x'));
   long_log.push_back("the texture is gone");
-  for (int attempt = 0; attempt < 100 && job(id).units_set_aside() == 0; ++attempt)
-    for (const v1::Lease& lease : lease(worker, 1).leases())
-      ASSERT_TRUE(fail(worker, lease, "no texture", long_log).ok());
+  for (int attempt = 0; attempt < 100 && job(id).units_set_aside() == 0; ++attempt) {
+    const v1::LeaseResponse granted = lease(worker, 1);
+    for (const v1::Lease& one : granted.leases()) ASSERT_TRUE(fail(worker, one, "no texture", long_log).ok());
+  }
   const v1::JobStatus status = job(id);
   ASSERT_GT(status.set_aside_size(), 0);
   for (const v1::UnitFailure& failure : status.set_aside(0).failures()) {
@@ -220,7 +219,8 @@ TEST_F(JobsTest, FailuresHaveTheWorkersLastLines) {
   const int latest = status.latest_failures_size();
   ASSERT_GT(latest, 0);
   EXPECT_EQ(status.latest_failures(latest - 1).failure().log_size(), 41);
-  const v1::JobStatus watched = watch(watch_request(id)).front().status();
+  ASSERT_TRUE(cancel(id).ok());
+  const v1::JobStatus watched = watch(watch_request(id)).back().status();
   ASSERT_GT(watched.latest_failures_size(), 0);
   EXPECT_EQ(watched.latest_failures(0).failure().log_size(), 0) << "who watches hears of them often";
 }

@@ -63,7 +63,8 @@ class Strip {
       this.cells.set(row.id, cell);
       this.seen.observe(link);
     }
-    cell.row = row;
+    if (cell.row === row && cell.current === current) return;
+    Object.assign(cell, { row, current });
     cell.link.className = "state " + row.state;
     cell.link.title = "frame " + row.frame + ", " + stateOf(row) + ", " + percent(row);
     cell.label.textContent = row.frame;
