@@ -1,4 +1,5 @@
 // tessera: renders scenes here or on a farm.
+#include "base/freed_memory.h"
 #include "command/command.h"
 #include "command/interrupt.h"
 #include "transport/grpc_log.h"
@@ -6,6 +7,7 @@
 int main(int argc, char** argv) {
   using namespace tessera::client;
   tessera::transport::mute_grpc();
+  tessera::base::keep_freed_memory();
   Interrupt interrupt;
   CommandLine line{interrupt};
   line.group("Rendering");

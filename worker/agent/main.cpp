@@ -18,6 +18,7 @@
 #include "agent/metrics.h"
 #include "agent/stores/blob_cache.h"
 #include "base/address.h"
+#include "base/freed_memory.h"
 #include "options/program.h"
 #include "telemetry/log.h"
 #include "telemetry/metrics_server.h"
@@ -240,6 +241,7 @@ int run_worker(const Options& options, const std::shared_ptr<telemetry::RecentLi
 int main(int argc, char** argv) {
   const sigset_t signals = tessera::stop_signals();
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  tessera::base::keep_freed_memory();
 
   tessera::Options options;
   {
