@@ -33,6 +33,13 @@ const LightModel* models[kMostModels] = {&point_light(),      &spot_light(),    
                                          &projection_light(), &goniometric_light()};
 std::size_t model_count = static_cast<std::size_t>(LightKind::kCount);
 
+/// The model of all active lanes' lights, if they have one.
+const LightModel* common_model(const LightTable& table, Int light, Mask active) {
+  if (const LightRecord* const one = common_light(table, light, active)) return &light_model(one->kind);
+  const std::optional<std::int32_t> kind = common_value(kind_of(table, light, active), active);
+  return kind ? &light_model(static_cast<LightKind>(*kind)) : nullptr;
+}
+
 const LightSource& source(LightKind kind) { return light_model(kind); }
 
 std::optional<LightKind> kind_on_shape(ShapeKind shape) {
@@ -56,11 +63,17 @@ LightKind add_light_model(const LightModel& model) {
 }
 
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) {
-  LightSample result = no_sample();
-  for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
-    const LightSample one = light_model(static_cast<LightKind>(kind)).sample(table, light, from, u, lanes);
-    result = select(lanes, one, result);
-  });
+  LightSample result;
+  if (const LightModel* const model = common_model(table, light, active)) {
+    result = model->sample(table, light, from, u, active);
+    result.valid &= active;
+  } else {
+    result = no_sample();
+    for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
+      const LightSample one = light_model(static_cast<LightKind>(kind)).sample(table, light, from, u, lanes);
+      result = select(lanes, one, result);
+    });
+  }
   if (table.any_textures) {
     const Vec3 point = fma(result.wi, result.distance, from.p);
     const Mask lit = result.valid & active;

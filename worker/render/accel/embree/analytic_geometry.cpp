@@ -1,5 +1,7 @@
 #include "render/accel/embree/analytic_geometry.h"
 
+#include <algorithm>
+
 #include "render/accel/alpha.h"
 #include "render/accel/embree/shape_geometry.h"
 #include "render/shape/analytic_shape.h"
@@ -7,29 +9,34 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+/// The first `lanes` of 16 numbers, then zeros.
+template <class T>
+TESSERA_INLINE Wide<T> first_lanes(const T* from, unsigned lanes) {
+  if (lanes == kWidth) return Wide<T>::load_unaligned(from);
+  alignas(64) T all[kWidth] = {};
+  if (lanes == kPartWidth) {  // a packet, by one vector
+    hn::Store(hn::LoadU(Tag<T>(), from), Tag<T>(), all);
+  } else {
+    std::copy_n(from, lanes, all);
+  }
+  return Wide<T>::load(all);
+}
+
 /// Calls f(first lane, roots, bits of the lanes that hit) for every 16 rays. `solve` gives the nearest root
 /// of each active lane, or a negative number.
 template <class Solve, class F>
 void for_each_root(const int* valid, RTCRayN* ray, unsigned n, Solve&& solve, F&& f) {
   for (unsigned first = 0; first < n; first += kWidth) {
-    const int lanes = static_cast<int>(n - first < kWidth ? n - first : kWidth);
-    alignas(64) float f_[8][kWidth] = {};
-    alignas(64) std::int32_t v[kWidth] = {};
-    for (int i = 0; i < lanes; ++i) {
-      const unsigned j = first + static_cast<unsigned>(i);
-      v[i] = valid[j];
-      f_[0][i] = RTCRayN_org_x(ray, n, j);
-      f_[1][i] = RTCRayN_org_y(ray, n, j);
-      f_[2][i] = RTCRayN_org_z(ray, n, j);
-      f_[3][i] = RTCRayN_dir_x(ray, n, j);
-      f_[4][i] = RTCRayN_dir_y(ray, n, j);
-      f_[5][i] = RTCRayN_dir_z(ray, n, j);
-      f_[6][i] = RTCRayN_tnear(ray, n, j);
-      f_[7][i] = RTCRayN_tfar(ray, n, j);
-    }
-    const auto load = [&](int k) { return Float::load(f_[k]); };
-    const ShapeRays rays{
-        {load(0), load(1), load(2)}, {load(3), load(4), load(5)}, load(6), load(7), Int::load(v) != 0};
+    const unsigned lanes = n - first < kWidth ? n - first : kWidth;
+    // The rays' members are arrays of n.
+    const auto load = [&](const float& member) { return first_lanes(&member, lanes); };
+    const ShapeRays rays{{load(RTCRayN_org_x(ray, n, first)), load(RTCRayN_org_y(ray, n, first)),
+                          load(RTCRayN_org_z(ray, n, first))},
+                         {load(RTCRayN_dir_x(ray, n, first)), load(RTCRayN_dir_y(ray, n, first)),
+                          load(RTCRayN_dir_z(ray, n, first))},
+                         load(RTCRayN_tnear(ray, n, first)),
+                         load(RTCRayN_tfar(ray, n, first)),
+                         first_lanes(valid + first, lanes) != 0};
     const Float t = solve(rays);
     alignas(64) float roots[kWidth];
     t.store(roots);
