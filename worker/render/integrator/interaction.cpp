@@ -346,6 +346,13 @@ BsdfEval eval_any_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Tra
 
 BsdfSample sample_bsdf(const Interaction& at, Vec3 wo, Float u_lobe, Vec2 u, Mask active,
                        Transport transport) {
+  if (at.lambertian) {  // all that counts of wo is its cosine
+    BsdfSample result = bsdf_model(BsdfKind::kDiffuse)
+                            ->sample(at.params, {Float(0.0f), Float(0.0f), dot(wo, at.frame.z)}, u_lobe, u,
+                                     transport, active);
+    result.wi = at.frame.to_world(result.wi);
+    return result;
+  }
   const Mask mixed = active & ((at.flags & kMixed) != 0);
   if (none(mixed)) return sample_part(at, wo, u_lobe, u, transport, active);
 

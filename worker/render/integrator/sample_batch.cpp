@@ -70,7 +70,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
         film = {film.x + 0.5f + filter.offset.x, film.y + 0.5f + filter.offset.y};
         weight = filter.weight;
       }
-      lens = sampler.get_2d(dimension::kLens);
+      if (scene_.camera.lens_radius > 0) lens = sampler.get_2d(dimension::kLens);
       if (scene_.any_motion) time = shared_time ? Float(*shared_time) : sampler.get_2d(dimension::kTime).x;
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
@@ -179,20 +179,25 @@ void SampleBatch::add_to_layers(const LayerSums& sums, Int slot, Mask lanes) {
 }
 
 void SampleBatch::add_contributions(const ConnectionQueue& queue) {
-  for (int i = 0; i < queue.size; ++i) {
-    if (queue.distance[i] < 0) continue;
+  const auto add = [&](int i) {
     const std::int32_t slot = queue.slot[i];
     for (int c = 0; c < kSpectrumLanes; ++c) radiance_.c[c][slot] += queue.contribution.c[c][i];
-    if (layers_.empty()) continue;
+    if (layers_.empty()) return;
     const std::int32_t apart = scene_.layers.unweighted;
     for_each_layer(queue.layers[i] & ~apart, [&](SpectrumLanes& layer) {
       for (int c = 0; c < kSpectrumLanes; ++c) layer.c[c][slot] += queue.contribution.c[c][i];
     });
-    if (apart == 0) continue;
+    if (apart == 0) return;
     for_each_layer(queue.layers[i] & apart, [&](SpectrumLanes& layer) {
       for (int c = 0; c < kSpectrumLanes; ++c)
         layer.c[c][slot] += queue.contribution.c[c][i] * queue.inverse_weight[i];
     });
+  };
+  // Which arrive is not to be guessed: a branch for 16, not one for each.
+  for (int first = 0; first < queue.size; first += kWidth) {
+    const Mask blocked = Float::load(queue.distance + first) < 0.0f;
+    const std::uint32_t arrived = and_not(Mask::first(queue.size - first), blocked).bits();
+    for (std::uint32_t bits = arrived; bits != 0; bits &= bits - 1) add(first + std::countr_zero(bits));
   }
 }
 

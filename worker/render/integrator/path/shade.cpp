@@ -1,5 +1,6 @@
 // One scattering event of 16 paths: what the ray met, what shines on it, where the path goes on.
 #include "render/core/constants.h"
+#include "render/integrator/path/packing.h"
 #include "render/integrator/path/wavefront.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
@@ -45,6 +46,12 @@ namespace {
 /// media, whose points come arbitrarily close to lamps.
 constexpr int kFirstRoughEvent = 2;
 
+/// Lanes whose shape emits.
+TESSERA_INLINE Mask emits(const ShapeTable& table, Int shape, Mask hit) {
+  if (none(hit)) return hit;  // there may be no shapes, whose table cannot be read
+  return hit & (gather_member(table.shapes.data(), &ShapeRecord::first_light, shape, hit) >= 0);
+}
+
 }  // namespace
 
 void Wavefront::shade(int depth) {
@@ -52,7 +59,9 @@ void Wavefront::shade(int depth) {
   shading_timer_.start();
   // Few paths fill few packets, in whatever order.
   constexpr int kLeastToSort = 4 * kWidth;
-  const bool sort = scene_.shading_groups > 0 && alive_ >= kLeastToSort;
+  // The last segment of a path brings the light of what it meets, and nothing else.
+  const bool last = depth == max_depth_, lights_alone = last && depth > 0;
+  const bool sort = scene_.shading_groups > 0 && alive_ >= kLeastToSort && !lights_alone;
   if (sort) sort_by_group();
   const PathState& paths = sort ? sorted_.paths : paths_;
   const HitState& hits = sort ? sorted_.hits : hits_;
@@ -77,17 +86,14 @@ void Wavefront::shade(int depth) {
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
     if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(e, missed);
-    if (none(events)) continue;
+    const Mask seen = lights_alone ? emits(scene_.shapes, e.hit.shape, hit) : hit;
+    if (none(lights_alone ? seen : events)) continue;
 
-    v.surface = surface_at(scene_.shapes, e.hit, path.origin, path.direction, hit, scene_.any_tangents);
-    add_emission(e, hit);
+    v.surface = surface_at(scene_.shapes, e.hit, path.origin, path.direction, seen, scene_.any_tangents);
+    add_emission(e, seen);
     shading_timer_.lap(ShadingPart::kSurfaces);
-    const bool last = depth == max_depth_;
-    if (last && depth > 0) continue;
-    if (depth > kRouletteStart || scene_.any_mix) {
-      e.roulette = e.sampler.get_2d(first_pair + dimension::kRoulette);
-    }
-    e.choice = e.sampler.get_2d(first_pair + dimension::kChoice);
+    if (lights_alone) continue;
+    if (scene_.any_mix) e.roulette = e.sampler.get_2d(first_pair + dimension::kRoulette);
     interact(scene_, v.surface, v.wo, e.roulette.y, hit, v.at);
     if (any(v.in_medium)) put_into_medium(fma(path.direction, e.hit.t, path.origin), v.in_medium, v);
     if (scene_.any_opacity && !scene_.volumetric) {  // else transit() has seen to it
@@ -95,6 +101,9 @@ void Wavefront::shade(int depth) {
         open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
       }
     }
+    // Numbers that nobody looks at are not drawn: Lambertian surfaces have one lobe.
+    const bool choosy = !v.at.lambertian || guide_ != nullptr || !one_pair_serves(scene_.lights);
+    e.choice = choosy ? e.sampler.get_2d(first_pair + dimension::kChoice) : Vec2{Float(0.0f), Float(0.0f)};
     if (depth == 0) {
       batch_.record_first_hit(v, e.hit.t, path.slot, events);
       if (scene_.aovs.of_hits()) batch_.record_hit(e.hit, path.slot, hit);
@@ -204,7 +213,7 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
     ray.layers = layers_at_light(scene_.layers, state, choice.light, shines);
     if (shadow_layers_) look_for_shadow(e, ray, state, choice.light, weight, depth, shines);
   }
-  shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
+  shadows_.size += append_at_end(scene_, ray, shines, shadows_, shadows_.size);
 }
 
 /// The state of the layers' automaton behind the vertex, for light that comes along `wi` and is scattered
@@ -285,7 +294,11 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
     if (shadow_layers_)
       look_for_shadow_of_sky(e, bsdf, next.beta, depth, and_not(joinable(v, alive), bsdf.specular));
   }
-  if (depth > kRouletteStart) alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
+  if (depth > kRouletteStart) {
+    const Float number =
+        scene_.any_mix ? e.roulette.x : e.sampler.get_2d(e.first_pair + dimension::kRoulette).x;
+    alive &= survive_roulette(next.beta, next.roulette_scale, number);
+  }
 
   if (recorder_ != nullptr) {
     const Mask learnt = guidable(v, events) & bsdf.valid;
@@ -293,7 +306,7 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   }
 
   // Entries are read 16 at a time, or sorted elsewhere, before they are overwritten, and never move up.
-  kept += append(scene_, next, alive, paths_, kept);
+  kept += append_at_end(scene_, next, alive, paths_, kept);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -74,8 +74,8 @@ class Wavefront : public Integrator {
   struct SortedState {
     PathState paths;
     HitState hits;
-    alignas(64) Lanes<std::int32_t> order;  // entries of the unsorted state
-    std::uint8_t group[kPadded];            // of each of those
+    alignas(64) Lanes<std::int32_t> group;  // of each entry of the unsorted state
+    alignas(64) Lanes<std::int32_t> order;  // of those entries
   };
 
   const RayQuery& rays_;

@@ -11,13 +11,17 @@ struct LightChoice {
   LightSample sample;  // of the light that was picked
 };
 
-/// `u_pick` picks the light where `u_point` has not enough bits for both.
+/// Whether one pair picks the light and the point on it, which stratifies the points over all lights together
+/// (measured: docs/decisions/0010-bench.md): as long as the pick leaves enough of the number's 24 bits.
+TESSERA_INLINE bool one_pair_serves(const LightTable& lights) {
+  constexpr std::size_t kMostTogether = 256;
+  return lights.lights.size() <= kMostTogether;
+}
+
+/// `u_pick` picks the light where one pair does not serve.
 TESSERA_INLINE LightChoice choose_light(const LightTable& lights, const Receiver& from, Vec2 u_point,
                                         Float u_pick, Mask wanted) {
-  // One pair for the light and the point on it stratifies the points over all lights together (measured:
-  // docs/decisions/0010-bench.md), as long as the pick leaves enough of the number's 24 bits.
-  constexpr std::size_t kMostTogether = 256;
-  const bool together = lights.lights.size() <= kMostTogether;
+  const bool together = one_pair_serves(lights);
   LightChoice choice;
   choice.pick = pick_light(lights, from, together ? u_point.x : u_pick, wanted);
   if (together) u_point.x = choice.pick.u;
