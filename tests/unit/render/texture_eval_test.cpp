@@ -47,8 +47,8 @@ int wrapped(int i, int n, WrapMode mode) {
 
 Colour texel(const TextureNode& node, int x, int y) {
   Colour result;
-  x = wrapped(x, node.image->width, node.wrap);
-  y = wrapped(y, node.image->height, node.wrap);
+  x = wrapped(x, node.image->width, node.wrap.u);
+  y = wrapped(y, node.image->height, node.wrap.v);
   if (x < 0 || y < 0) return result;
   double rgba[4];
   read(*node.image, x, y, rgba);
@@ -139,7 +139,7 @@ TEST(ImageTexture, AgreesWithTheDefinitionInEveryMode) {
       for (const int channel : {-1, 0, 1, 2, 3}) {
         SCOPED_TRACE(testing::Message() << static_cast<int>(format) << static_cast<int>(wrap) << channel);
         TextureNode node = image_node(random_image(7, 5, format));
-        node.wrap = wrap;
+        node.wrap = {wrap, static_cast<WrapMode>((static_cast<int>(wrap) + channel + 1) % 4)};
         node.channel = channel;
         expect_agreement(node);
         node.scale = 1.5f;
@@ -159,7 +159,7 @@ TEST(ImageTexture, NearestReadsTheTexelUnderThePoint) {
   TextureNode node = image_node(random_image(8, 4, TexelFormat::kFloat));
   node.filter = TexelFilter::kNearest;
   for (const WrapMode wrap : {WrapMode::kRepeat, WrapMode::kClamp, WrapMode::kBlack, WrapMode::kMirror}) {
-    node.wrap = wrap;
+    node.wrap = {wrap, wrap};
     TextureTable table;
     table.nodes = {node};
     for (int y = -12; y < 12; ++y) {
@@ -196,7 +196,7 @@ TEST(ImageTexture, StaysFiniteForAnyCoordinate) {
   for (const WrapMode wrap : {WrapMode::kRepeat, WrapMode::kClamp, WrapMode::kBlack, WrapMode::kMirror}) {
     for (const bool nearest : {false, true}) {
       table.nodes.push_back(image_node(random_image(5, 3, TexelFormat::kFloat)));
-      table.nodes.back().wrap = wrap;
+      table.nodes.back().wrap = {wrap, wrap};
       table.nodes.back().filter = nearest ? TexelFilter::kNearest : TexelFilter::kBilinear;
     }
   }

@@ -12,22 +12,25 @@ namespace tessera::render::TESSERA_ISA {
 class ImageLookup {
  public:
   /// `channel` is as in TextureNode.
-  TESSERA_INLINE ImageLookup(const TextureImage& image, WrapMode wrap, std::int32_t channel)
+  TESSERA_INLINE ImageLookup(const TextureImage& image, WrapModes wrap, std::int32_t channel)
       : image_(image), wrap_(wrap), channel_(channel) {}
 
   TESSERA_INLINE Spectrum nearest(Vec2 st, Mask active) const {
-    const Float x = in_texels(st.x, image_.width), y = in_texels(1.0f - st.y, image_.height);
-    return texel(wrapped(to_int(floor(x)), image_.width), wrapped(to_int(floor(y)), image_.height), active);
+    const Float x = in_texels(st.x, wrap_.u, image_.width),
+                y = in_texels(1.0f - st.y, wrap_.v, image_.height);
+    return texel(wrapped(to_int(floor(x)), wrap_.u, image_.width),
+                 wrapped(to_int(floor(y)), wrap_.v, image_.height), active);
   }
 
   Spectrum bilinear(Vec2 st, Mask active) const {
-    const Float x = in_texels(st.x, image_.width) - 0.5f, y = in_texels(1.0f - st.y, image_.height) - 0.5f;
+    const Float x = in_texels(st.x, wrap_.u, image_.width) - 0.5f,
+                y = in_texels(1.0f - st.y, wrap_.v, image_.height) - 0.5f;
     const Float x_floor = floor(x), y_floor = floor(y);
     const Float tx = x - x_floor, ty = y - y_floor;
-    const Wrapped x0 = wrapped(to_int(x_floor), image_.width),
-                  x1 = wrapped(to_int(x_floor) + 1, image_.width);
-    const Wrapped y0 = wrapped(to_int(y_floor), image_.height),
-                  y1 = wrapped(to_int(y_floor) + 1, image_.height);
+    const Wrapped x0 = wrapped(to_int(x_floor), wrap_.u, image_.width),
+                  x1 = wrapped(to_int(x_floor) + 1, wrap_.u, image_.width);
+    const Wrapped y0 = wrapped(to_int(y_floor), wrap_.v, image_.height),
+                  y1 = wrapped(to_int(y_floor) + 1, wrap_.v, image_.height);
     return lerp(ty, lerp(tx, texel(x0, y0, active), texel(x1, y0, active)),
                 lerp(tx, texel(x0, y1, active), texel(x1, y1, active)));
   }
@@ -40,8 +43,8 @@ class ImageLookup {
   };
 
   /// A coordinate in texels, brought so near the image that only the neighbouring copies need be told apart.
-  TESSERA_INLINE Float in_texels(Float s, std::int32_t resolution) const {
-    switch (wrap_) {
+  static TESSERA_INLINE Float in_texels(Float s, WrapMode wrap, std::int32_t resolution) {
+    switch (wrap) {
       case WrapMode::kRepeat:
         s = s - floor(s);
         break;
@@ -56,9 +59,9 @@ class ImageLookup {
     return s * static_cast<float>(resolution);
   }
 
-  TESSERA_INLINE Wrapped wrapped(Int i, std::int32_t resolution) const {
+  static TESSERA_INLINE Wrapped wrapped(Int i, WrapMode wrap, std::int32_t resolution) {
     const Int last = resolution - 1;
-    switch (wrap_) {
+    switch (wrap) {
       case WrapMode::kRepeat:
         i = select(i < 0, i + resolution, i);
         return {select(i > last, i - resolution, i), Mask::all()};
@@ -106,7 +109,7 @@ class ImageLookup {
   TESSERA_INLINE Float decoded(Int byte, Mask lanes) const { return gather(image_.decode, byte, lanes); }
 
   const TextureImage& image_;
-  const WrapMode wrap_;
+  const WrapModes wrap_;
   const std::int32_t channel_;
 };
 

@@ -16,7 +16,7 @@ struct TexelFootprint {
 class MipLookup {
  public:
   /// `channel` is as in TextureNode.
-  TESSERA_INLINE MipLookup(const MipPyramid& pyramid, WrapMode wrap, std::int32_t channel)
+  TESSERA_INLINE MipLookup(const MipPyramid& pyramid, WrapModes wrap, std::int32_t channel)
       : pyramid_(pyramid), wrap_(wrap), channel_(channel) {}
 
   /// At full resolution.
@@ -90,24 +90,24 @@ class MipLookup {
     Float first_weight, second_weight;
   };
 
-  Pair pair(Float s, Int resolution) const {
+  static Pair pair(Float s, WrapMode wrap, Int resolution) {
     const Float n = to_float(resolution);
-    if (wrap_ == WrapMode::kRepeat) {
+    if (wrap == WrapMode::kRepeat) {
       const Float x = fma(s - floor(s), n, Float(-0.5f)), whole = floor(x), t = x - whole;
       const Int i = to_int(whole), first = select(i < 0, resolution - 1, i), next = first + 1;
       return {first, select(next == resolution, Int(0), next), 1.0f - t, t};
     }
-    if (wrap_ == WrapMode::kMirror) {
+    if (wrap == WrapMode::kMirror) {
       s = s - 2.0f * floor(s * 0.5f);
       s = min(s, 2.0f - s);
     }
     // A pixel beyond either side is as good as any.
     const Float unbounded = fma(clamp(s, -1.0f, 2.0f), n, Float(-0.5f));
-    const Float x = wrap_ == WrapMode::kBlack ? unbounded : min(max(unbounded, Float(0.0f)), n - 1.0f);
+    const Float x = wrap == WrapMode::kBlack ? unbounded : min(max(unbounded, Float(0.0f)), n - 1.0f);
     const Float whole = floor(x), t = x - whole;
     const Int i = to_int(whole), last = resolution - 1;
     Pair pair{min(max(i, 0), last), min(max(i + 1, 0), last), 1.0f - t, t};
-    if (wrap_ == WrapMode::kBlack) {
+    if (wrap == WrapMode::kBlack) {
       pair.first_weight = select_or_zero((i >= 0) & (i <= last), pair.first_weight);
       pair.second_weight = select_or_zero((i >= -1) & (i < last), pair.second_weight);
     }
@@ -116,8 +116,8 @@ class MipLookup {
 
   /// The columns as they are read: the second is the neighbour in memory of the first.
   Pair columns(Float s, Int resolution) const {
-    Pair result = pair(s, resolution);
-    if (wrap_ == WrapMode::kRepeat) return result;  // the first texel follows the last of a row
+    Pair result = pair(s, wrap_.u, resolution);
+    if (wrap_.u == WrapMode::kRepeat) return result;  // the first texel follows the last of a row
     const Mask before = (result.second == result.first) & (result.first == 0);
     // Left of the first texel (black): that is the second of the pair.
     result.first_weight = select(before, result.first_weight + result.second_weight, result.first_weight);
@@ -139,7 +139,7 @@ class MipLookup {
     const Int4 record =
         gather4(reinterpret_cast<const std::int32_t*>(pyramid_.levels.data()), level * 4, active);
     const Int &first = record.c[0], &width = record.c[1], &height = record.c[2], &stride = record.c[3];
-    const Pair x = columns(st.x, width), y = pair(1.0f - st.y, height);
+    const Pair x = columns(st.x, width), y = pair(1.0f - st.y, wrap_.v, height);
     return row(first + y.first * stride + x.first, x, active) * y.first_weight +
            row(first + y.second * stride + x.first, x, active) * y.second_weight;
   }
@@ -172,7 +172,7 @@ class MipLookup {
   Spectrum scaled(Spectrum value) const { return pyramid_.texels16.empty() ? value : value * (1.0f / 65535); }
 
   const MipPyramid& pyramid_;
-  const WrapMode wrap_;
+  const WrapModes wrap_;
   const std::int32_t channel_;
 };
 

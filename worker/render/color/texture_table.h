@@ -31,6 +31,10 @@ enum class NoiseKind : std::int32_t { kFbm, kWrinkled, kWindy, kMarble };
 enum class UvSource : std::int32_t { kSurface, kSpherical, kCylindrical, kPlanar };
 
 enum class WrapMode : std::int32_t { kRepeat, kClamp, kBlack, kMirror };
+/// Along u and along v.
+struct WrapModes {
+  WrapMode u = WrapMode::kRepeat, v = WrapMode::kRepeat;
+};
 
 /// How the texels of an image are stored; always four channels (R, G, B, A).
 enum class TexelFormat : std::int32_t {
@@ -77,7 +81,7 @@ struct TextureNode {
   TextureKind kind = TextureKind::kConstant;
   float value[kBands] = {0, 0, 0};            // kConstant
   std::shared_ptr<const TextureImage> image;  // kImage
-  WrapMode wrap = WrapMode::kRepeat;
+  WrapModes wrap;
   TexelFilter filter = TexelFilter::kBilinear;
   float max_anisotropy = 8;  // kEwa
   bool invert = false;       // 1 - value, after scale

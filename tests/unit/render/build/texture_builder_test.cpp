@@ -76,12 +76,13 @@ TEST_F(TextureBuilderTest, InputsStandBeforeWhatUsesThem) {
 TEST_F(TextureBuilderTest, OnlyImagesThatAreAskedForAreRead) {
   ASSERT_EQ(build(R"(
       textures { name: 'used' image { image { digest: 'a' path: 'a.pfm' } } }
-      textures { name: 'same file' image { image { digest: 'a' } wrap: CLAMP } }
+      textures { name: 'same file' image { image { digest: 'a' } wrap: CLAMP wrap_v: MIRROR } }
       textures { name: 'other encoding' image { image { digest: 'a' } encoding: SRGB } }
       textures { name: 'unused' image { image { digest: 'b' } } })"),
             absl::OkStatus());
   EXPECT_EQ(node("used").image, node("same file").image);
-  EXPECT_EQ(node("same file").wrap, WrapMode::kClamp);
+  EXPECT_EQ(node("same file").wrap.u, WrapMode::kClamp);
+  EXPECT_EQ(node("same file").wrap.v, WrapMode::kMirror);
   BlobsInMemory blobs({{"a", one_texel(1, 2, 3)}, {"c", one_texel(4, 5, 6)}});
   const auto map = builder_.normal_map(scene_.textures(0).image());
   ASSERT_TRUE(map.ok());

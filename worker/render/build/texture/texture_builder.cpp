@@ -30,8 +30,8 @@ absl::Status set_filter(const v1::ImageTexture& image, TexelFilter unsaid, Textu
                                                  wire::kMaxAnisotropy, " was expected"));
 }
 
-WrapMode wrap_of(const v1::ImageTexture& image) {
-  switch (image.wrap()) {
+WrapMode wrap_of(v1::ImageTexture::Wrap wrap) {
+  switch (wrap) {
     case v1::ImageTexture::CLAMP:
       return WrapMode::kClamp;
     case v1::ImageTexture::BLACK:
@@ -171,7 +171,7 @@ absl::StatusOr<TextureNode> TextureBuilder::make_image(const v1::ImageTexture& i
   node.kind = TextureKind::kImage;
   if (auto s = set_filter(image, unsaid_, node); !s.ok()) return s;
   node.image = images_.slot(image, is_filtered(node.filter));
-  node.wrap = wrap_of(image);
+  node.wrap = {wrap_of(image.wrap()), wrap_of(image.has_wrap_v() ? image.wrap_v() : image.wrap())};
   node.invert = image.invert();
   node.scale = image.has_scale() ? image.scale() : 1;
   // An enum of the wire may have any value, and the kernels read the texels at this offset.
