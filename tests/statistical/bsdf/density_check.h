@@ -37,6 +37,8 @@ inline std::optional<HalfVectorMap> map_of(const BsdfCase& bsdf, const Direction
                            wo);
     }
     case kGltf: {
+      // No index stands for all that disperse: some directions are reached by one of them alone.
+      if (bsdf.further[render::slot::kSpread] != 0) return std::nullopt;
       // The anisotropy may be turned any way.
       const double alpha2 = bsdf.scalar(0) * bsdf.scalar(0), strength = bsdf.scalar(1) * bsdf.scalar(1);
       const double mean = std::max(std::sqrt(alpha2 * (alpha2 + (1 - alpha2) * strength)), kSmallest);

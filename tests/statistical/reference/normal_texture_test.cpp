@@ -39,5 +39,66 @@ TEST(NormalTexture, BendsByAnyTexture) {
   expect_value(measure_picture(request), whole * std::cos(std::numbers::pi / 12), 1e-5);
 }
 
+/// A floor of this material under a sun that stands 10 degrees off the zenith, towards x.
+std::string floor_of(const std::string& material) {
+  return absl::StrCat(R"(
+    textures { name: 'lean' constant { rgb { r: 0.6294095 g: 0.5 b: 0.9829629 } } }
+    shapes { disk { radius: 9 } material: 'm' }
+    lights { distant { direction { x: -0.1736482 y: 0 z: -0.9848078 } irradiance { constant: 2 } } }
+    camera { orthographic { } world_from_camera { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,4, 0,0,0,1] } }
+    materials { name: 'm' )",
+                      material, " }");
+}
+
+double brightness_of(const std::string& material) {
+  PictureRequest request;
+  request.max_depth = 1;
+  request.spp = 64;
+  request.scene = floor_of(material);
+  // (sin 15, 0, cos 15) in the range from 0 to 1, as an image.
+  constexpr float kLeaning[3] = {0.6294095f, 0.5f, 0.9829629f};
+  std::string image = "PF\n1 1\n-1.0\n";
+  image.append(reinterpret_cast<const char*>(kLeaning), sizeof kLeaning);
+  request.blobs = {{"lean", image}};
+  return measure_picture(request).whole(0).mean;
+}
+
+TEST(NormalTexture, OfACoatBendsTheCoatAlone) {
+  // A coat of index 1.5 over nothing, and a black dielectric of the same index and roughness: light between
+  // its facets, which a coat does not give back, is below 1e-3 of the lobe.
+  constexpr double kBetween = 2e-3;
+  constexpr const char* kMap =
+      " clearcoat_normal_map { image { digest: 'lean' path: 'lean.pfm' } encoding: LINEAR }";
+  const auto coat = [](const std::string& more) {
+    return absl::StrCat(
+        "gltf { base_color { constant { constant: 0 } } metallic { constant: 0 } specular { constant: 0 } "
+        "clearcoat { constant: 1 } clearcoat_roughness { constant: 0.4 }",
+        more, " }");
+  };
+  constexpr const char* kPlain =
+      "gltf { base_color { constant { constant: 0 } } metallic { constant: 0 } roughness { constant: 0.4 } }";
+  const double straight = brightness_of(kPlain),
+               leaning = brightness_of(absl::StrCat(kPlain, " normal_texture: 'lean'"));
+  EXPECT_GT(std::abs(leaning / straight - 1), 0.1);
+  EXPECT_NEAR(brightness_of(coat("")) / straight, 1, kBetween);
+  EXPECT_NEAR(brightness_of(coat(kMap)) / leaning, 1, kBetween);
+  // The base's map does not bend the coat.
+  EXPECT_NEAR(brightness_of(absl::StrCat(coat(""), " normal_texture: 'lean'")) / straight, 1, kBetween);
+  EXPECT_NEAR(brightness_of(absl::StrCat(coat(kMap), " normal_texture: 'lean'")) / leaning, 1, kBetween);
+}
+
+TEST(NormalTexture, OfDirectionsTurnsTheAnisotropy) {
+  const auto metal = [](const std::string& more) {
+    return brightness_of(
+        absl::StrCat("gltf { roughness { constant: 0.4 } anisotropy { constant: 0.8 } ", more, " }"));
+  };
+  // (cos 60, sin 60), of any length.
+  constexpr const char* kSixty = "anisotropy_direction { constant { rgb { r: 0.625 g: 0.7165064 b: 1 } } }";
+  const double turned = metal("anisotropy_rotation: 60");
+  EXPECT_GT(std::abs(turned / metal("") - 1), 0.1);
+  EXPECT_NEAR(metal(kSixty) / turned, 1, 1e-4);
+  EXPECT_NEAR(metal(absl::StrCat(kSixty, " anisotropy_rotation: -60")) / metal(""), 1, 1e-4);
+}
+
 }  // namespace
 }  // namespace tessera::test

@@ -42,6 +42,32 @@ constexpr Fault kForms[] = {
      "/nodes/0/extensions/KHR_materials_ior"},
 };
 
+// ---- the extensions of materials
+struct ExtensionFault {
+  const char* extension;
+  const char* content;
+  const char* member;
+};
+constexpr ExtensionFault kExtensions[] = {
+    {"KHR_materials_iridescence", R"({"iridescenceFactor":1.5})", "iridescenceFactor"},
+    {"KHR_materials_iridescence", R"({"iridescenceFactor":-0.5})", "iridescenceFactor"},
+    {"KHR_materials_iridescence", R"({"iridescenceFactor":"much"})", "iridescenceFactor"},
+    {"KHR_materials_iridescence", R"({"iridescenceIor":0.9})", "iridescenceIor"},
+    {"KHR_materials_iridescence", R"({"iridescenceThicknessMinimum":-1})", "iridescenceThicknessMinimum"},
+    {"KHR_materials_iridescence", R"({"iridescenceThicknessMaximum":-1})", "iridescenceThicknessMaximum"},
+    {"KHR_materials_iridescence", R"({"iridescenceThicknessMaximum":[400]})", "iridescenceThicknessMaximum"},
+    {"KHR_materials_iridescence", R"({"iridescenceThicknessTexture":{"index":7}})",
+     "iridescenceThicknessTexture/index"},
+    {"KHR_materials_iridescence", R"({"iridescenceTexture":{"texCoord":0}})",
+     "iridescenceTexture: \"index\" is missing"},
+    {"KHR_materials_dispersion", R"({"dispersion":-0.1})", "dispersion"},
+    {"KHR_materials_dispersion", R"({"dispersion":true})", "dispersion"},
+    {"KHR_materials_clearcoat", R"({"clearcoatNormalTexture":{"index":0}})", "clearcoatNormalTexture/index"},
+    {"KHR_materials_clearcoat", R"({"clearcoatNormalTexture":{"scale":1}})",
+     "clearcoatNormalTexture: \"index\" is missing"},
+    {"KHR_materials_anisotropy", R"({"anisotropyTexture":{"index":-1}})", "anisotropyTexture/index"},
+};
+
 // ---- buffers and accessors
 constexpr Fault kData[] = {
     {R"([{"op":"replace","path":"/buffers/0/byteLength","value":77}])", "/buffers/0/byteLength"},
@@ -130,6 +156,19 @@ class GltfErrors : public GltfTest {
 };
 
 TEST_F(GltfErrors, OfForm) { expect_refused(kForms); }
+TEST_F(GltfErrors, OfExtensionsOfMaterials) {
+  for (const auto& [extension, content, member] : kExtensions) {
+    SCOPED_TRACE(content);
+    Json document = triangle();
+    document["extensionsUsed"] = {extension};
+    document["materials"][0]["extensions"][extension] = Json::parse(content);
+    const absl::StatusOr<ImportedScene> result = import_gltf(document);
+    ASSERT_FALSE(result.ok());
+    EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(result.status().message()),
+                HasSubstr(absl::StrCat("/materials/0/extensions/", extension, "/", member)));
+  }
+}
 TEST_F(GltfErrors, OfData) { expect_refused(kData); }
 TEST_F(GltfErrors, OfReferences) { expect_refused(kLinks); }
 

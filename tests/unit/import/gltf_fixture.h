@@ -46,6 +46,23 @@ class GltfTest : public ImportTest {
     return document;
   }
 
+  /// `document`, which is triangle(), with texture coordinates and texture 0: a pixel that is clamped along u
+  /// and mirrored along v.
+  static Json with_texture(Json document) {
+    document["bufferViews"].push_back({{"buffer", 0}, {"byteLength", 24}});
+    document["accessors"].push_back(
+        {{"bufferView", 4}, {"componentType", 5126}, {"count", 3}, {"type", "VEC2"}});
+    document["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_0"] = 4;
+    document["images"] = {
+        {{"uri",
+          "data:image/"
+          "png;base64,iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mP8z8BQDwAEhQGAhKmMIQ"
+          "AAAABJRU5ErkJggg=="}}};
+    document["samplers"] = {{{"wrapS", 33071}, {"wrapT", 33648}}};
+    document["textures"] = {{{"source", 0}, {"sampler", 0}}};
+    return document;
+  }
+
   static std::string data_uri(const std::string& bytes) {
     return "data:application/octet-stream;base64," + absl::Base64Escape(bytes);
   }

@@ -261,6 +261,68 @@ TEST_F(GltfScene, HasTheLayersOfItsExtensions) {
   EXPECT_NEAR(scene.scene.media(0).extinction().constant().rgb().r(), std::log(4.0) / 2, 1e-6);
 }
 
+TEST_F(GltfScene, HasFilmsAndDispersion) {
+  Json document = triangle();
+  document["extensionsUsed"] = {"KHR_materials_transmission", "KHR_materials_volume",
+                                "KHR_materials_iridescence", "KHR_materials_dispersion"};
+  document["materials"][0]["extensions"] = Json::parse(
+      R"({"KHR_materials_transmission": {"transmissionFactor": 1}, "KHR_materials_volume": {"thicknessFactor": 1},
+          "KHR_materials_iridescence": {"iridescenceFactor": 0.5},
+          "KHR_materials_dispersion": {"dispersion": 0.4}})");
+  const ImportedScene scene = accepted(document);
+  EXPECT_THAT(warnings_of(scene), testing::Not(HasSubstr("/materials")));
+  const v1::GltfMaterial& gltf = scene.scene.materials(0).gltf();
+  EXPECT_EQ(gltf.iridescence().constant(), 0.5f);
+  EXPECT_EQ(gltf.iridescence_ior(), 1.3f);
+  EXPECT_EQ(gltf.iridescence_thickness().constant(), 400);
+  EXPECT_EQ(gltf.dispersion(), 0.4f);
+
+  // A sheet refracts nothing.
+  Json& extensions = document["materials"][0]["extensions"];
+  extensions.erase("KHR_materials_volume");
+  extensions["KHR_materials_iridescence"] =
+      Json::parse(R"({"iridescenceFactor": 0, "iridescenceThicknessMaximum": 200})");
+  const ImportedScene sheet = accepted(document);
+  EXPECT_EQ(sheet.scene.materials(0).gltf().dispersion(), 0);
+  EXPECT_FALSE(sheet.scene.materials(0).gltf().has_iridescence());
+  EXPECT_THAT(warnings_of(sheet), HasSubstr("KHR_materials_dispersion: dispersion without a volume"));
+}
+
+TEST_F(GltfScene, HasTheTexturesOfItsExtensions) {
+  Json document = with_texture(triangle());
+  document["extensionsUsed"] = {"KHR_materials_iridescence", "KHR_materials_clearcoat",
+                                "KHR_materials_anisotropy"};
+  document["materials"][0]["extensions"] = Json::parse(
+      R"({"KHR_materials_iridescence": {"iridescenceFactor": 0.5, "iridescenceThicknessMinimum": 50,
+                                        "iridescenceThicknessMaximum": 250, "iridescenceTexture": {"index": 0},
+                                        "iridescenceThicknessTexture": {"index": 0}},
+          "KHR_materials_clearcoat": {"clearcoatFactor": 1, "clearcoatNormalTexture": {"index": 0}},
+          "KHR_materials_anisotropy": {"anisotropyStrength": 0.5, "anisotropyTexture": {"index": 0}}})");
+  const ImportedScene scene = accepted(document);
+  EXPECT_THAT(warnings_of(scene), testing::Not(HasSubstr("/materials")));
+  const auto texture = [&](const std::string& name) -> const v1::Texture& {
+    for (const v1::Texture& found : scene.scene.textures()) {
+      if (found.name() == name) return found;
+    }
+    ADD_FAILURE() << "no texture " << name;
+    return v1::Texture::default_instance();
+  };
+  const v1::GltfMaterial& gltf = scene.scene.materials(0).gltf();
+  EXPECT_EQ(texture(gltf.iridescence().texture()).image().channel(), v1::ImageTexture::RED);
+  EXPECT_EQ(texture(gltf.iridescence().texture()).image().scale(), 0.5f);
+  const v1::MixTexture& thickness = texture(gltf.iridescence_thickness().texture()).mix();
+  EXPECT_EQ(thickness.a().constant().rgb().g(), 50);
+  EXPECT_EQ(thickness.b().constant().rgb().g(), 250);
+  EXPECT_EQ(texture(thickness.amount().texture()).image().channel(), v1::ImageTexture::GREEN);
+  EXPECT_EQ(gltf.clearcoat_normal_map().encoding(), v1::ImageTexture::LINEAR);
+  EXPECT_EQ(texture(gltf.anisotropy().texture()).image().channel(), v1::ImageTexture::BLUE);
+  const v1::ImageTexture& direction = texture(gltf.anisotropy_direction().texture()).image();
+  EXPECT_EQ(direction.channel(), v1::ImageTexture::ALL);
+  EXPECT_EQ(direction.encoding(), v1::ImageTexture::LINEAR);
+  EXPECT_EQ(direction.wrap(), v1::ImageTexture::CLAMP);
+  EXPECT_EQ(direction.wrap_v(), v1::ImageTexture::MIRROR);
+}
+
 TEST_F(GltfScene, HasTheMaterialsOfItsVariant) {
   Json document = triangle();
   document["extensionsUsed"] = {"KHR_materials_variants"};

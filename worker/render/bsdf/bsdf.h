@@ -14,18 +14,31 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// Means over diffuse light, of facets under a thin film: their reflectance where the dielectric and where
+/// the metal is below it, and what the dielectric leaves to its base.
+struct FilmMeans {
+  Spectrum dielectric, metal;
+  Float base;
+};
+
 /// The slots of the material at each lane's hit point, textures already looked up.
 struct BsdfParams {
   Spectrum spectra[kMaterialSpectra];
   Float scalars[kMaterialScalars];
   Int coat_table;
   const float* coat_tables;  // MaterialTable::coat_tables.data()
+  const float* film_table;   // MaterialTable::film_table.data()
   Int flags;                 // MaterialFlags
   std::int32_t
       some_flags;  // all that some lane has, of whatever kind: models look at their variants only where set
   // With kUsesExtended
   Spectrum extended_spectra[kExtendedSpectra];
   Float extended[kExtendedScalars];
+  // With kUsesFurther
+  Spectrum further_spectra[kFurtherSpectra];
+  Float further[kFurtherScalars];
+  Vec3 upper_normal;  // in the shading frame: of the layer above the base
+  FilmMeans film;     // prepared
 
   /// Lanes that have `flag`.
   TESSERA_INLINE Mask with(std::int32_t flag) const { return (flags & flag) != 0; }

@@ -80,6 +80,23 @@ void load_constants(const MaterialRecord& material, BsdfParams& params) {
   params.coat_table = Int(material.coat_table);
 }
 
+void look_up_further(const ExtendedRecord& extended, const TextureTable& textures, const TexturePoint& at,
+                     Mask lanes, BsdfParams& params) {
+  constexpr float kHighest = 1e6f;  // nanometres of a film
+  for (int i = 0; i < kFurtherSpectra; ++i) {
+    const std::int32_t texture = extended.further_spectra[i].texture;
+    if (texture < 0) continue;
+    params.further_spectra[i] =
+        select(lanes, eval_texture(textures, texture, at, lanes), params.further_spectra[i]);
+  }
+  for (int i = 0; i < kFurtherScalars; ++i) {
+    const std::int32_t texture = extended.further[i].texture;
+    if (texture < 0) continue;
+    const Float value = bounded(eval_texture_scalar(textures, texture, at, lanes), kHighest);
+    params.further[i] = select(lanes, value, params.further[i]);
+  }
+}
+
 /// The slots of the ExtendedRecords of `lanes`.
 void load_extended(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
                    Int record, Mask lanes, BsdfParams& params) {
@@ -94,6 +111,14 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
         spectrum_of([&](int band) { return constant_at(records->spectra[i].value[band]); });
   }
   for (int i = 0; i < kExtendedScalars; ++i) params.extended[i] = constant_at(records->scalars[i].value);
+  const bool further = (params.some_flags & kUsesFurther) != 0;
+  if (further) {
+    for (int i = 0; i < kFurtherSpectra; ++i) {
+      params.further_spectra[i] =
+          spectrum_of([&](int band) { return constant_at(records->further_spectra[i].value[band]); });
+    }
+    for (int i = 0; i < kFurtherScalars; ++i) params.further[i] = constant_at(records->further[i].value);
+  }
 
   const Mask textured = lanes & params.with(kHasTextures);
   if (none(textured)) return;
@@ -114,6 +139,7 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
       value = bounded(value, i == slot::kDiffTrans ? 2.0f : 1.0f);
       params.extended[i] = select(same, value, params.extended[i]);
     }
+    if (further) look_up_further(extended, textures, at, same, params);
   });
 }
 
@@ -129,6 +155,7 @@ void load_constants(const MaterialTable& materials, Int record, const MaterialRe
     load_constants(materials, record, active, params);
   }
   params.coat_tables = materials.coat_tables.data();
+  params.film_table = materials.film_table.data();
 }
 
 void complete_parameters(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,

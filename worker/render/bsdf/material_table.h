@@ -50,6 +50,7 @@ enum MaterialFlags : std::int32_t {
   kTinted = 1 << 12,            // the tints among the slots are not all 1
   kNonlinear = 1 << 13,         // PlasticMaterial::nonlinear
   kHasInside = 1 << 14,  // kPrincipled, kGltf: light gets through, so that below the surface is not as above
+  kUsesFurther = 1 << 15,      // with kUsesExtended: its further slots
   kHairReflectance = 1 << 16,  // kHair: spectra[0] is the colour of much hair, not its absorption
   // The two sides.
   kOneSided = 1 << 17,  // black when seen from behind
@@ -77,6 +78,8 @@ inline constexpr int kMaterialSpectra = 2;
 inline constexpr int kMaterialScalars = 3;
 inline constexpr int kExtendedSpectra = 2;
 inline constexpr int kExtendedScalars = 9;
+inline constexpr int kFurtherSpectra = 1;
+inline constexpr int kFurtherScalars = 4;
 
 /// A constant, or a texture of the TextureTable (then the constant is ignored).
 struct SpectrumSlot {
@@ -100,10 +103,11 @@ struct MaterialRecord {
   std::int32_t mix_a = -1, mix_b = -1;  // materials, with kMixed; slot::kMixAmount: the probability of b
   // Offset into MaterialTable::coat_tables (kCoatedDiffuse, kPlastic, with kBalanced), else -1.
   std::int32_t coat_table = -1;
-  std::int32_t extended = 0;  // in MaterialTable::extended, with kUsesExtended
-  std::int32_t back = -1;     // material, with kHasBack
-  float bump_step = 0;        // in u and v, over which differences of the bump texture are taken
-  std::int32_t padding[6] = {};
+  std::int32_t extended = 0;               // in MaterialTable::extended, with kUsesExtended
+  std::int32_t back = -1;                  // material, with kHasBack
+  float bump_step = 0;                     // in u and v, over which differences of the bump texture are taken
+  std::int32_t upper_normal_texture = -1;  // with kUsesFurther: normal map of the layer above the base
+  std::int32_t padding[5] = {};
 };
 static_assert(sizeof(MaterialRecord) == 128);
 
@@ -111,6 +115,8 @@ static_assert(sizeof(MaterialRecord) == 128);
 struct ExtendedRecord {
   SpectrumSlot spectra[kExtendedSpectra];
   ScalarSlot scalars[kExtendedScalars];
+  SpectrumSlot further_spectra[kFurtherSpectra];
+  ScalarSlot further[kFurtherScalars];
 };
 
 struct MaterialTable {
@@ -119,6 +125,7 @@ struct MaterialTable {
   // Energies of rough boundaries; layouts in bsdf/tables: coat_table.h, plastic_table.h, balance_table.h,
   // layer_table.h.
   std::vector<float> coat_tables;
+  std::vector<float> film_table;           // bsdf/tables/film_table.h; empty where nothing is iridescent
   std::vector<std::int32_t> coat_offsets;  // of those of bsdf/tables/coat_table.h
 };
 

@@ -99,7 +99,8 @@ namespace {
 void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& tables) {
   for (const MaterialRecord& material : arrays.materials.materials) {
     tables.any_textures = tables.any_textures || (material.flags & kHasTextures);
-    tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic));
+    tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic)) ||
+                          material.upper_normal_texture >= 0;
     tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
     tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
     // Materials that are no surface matter in media only.

@@ -130,6 +130,27 @@ Rgb reflectance_rgb(const SampledCurve& spectrum) {
   return clamped(under_d65([&](int row) { return spectrum.at(wavelength_nm(row)); }), 1);
 }
 
+std::vector<ReflectanceShare> reflectance_shares() {
+  constexpr int kSteps = 5;
+  std::vector<ReflectanceShare> shares;
+  std::array<double, 3> sums{};
+  for (int i = 0; i <= (kCieCount - 1) * kSteps; ++i) {
+    const int row = std::min(i / kSteps, kCieCount - 2);
+    const double t = static_cast<double>(i) / kSteps - row;
+    const CieRow &a = kCieMatching[static_cast<std::size_t>(row)],
+                 &b = kCieMatching[static_cast<std::size_t>(row + 1)];
+    const double light = std::lerp(illuminant_d65(row), illuminant_d65(row + 1), t);
+    const Triple rgb =
+        rec709_from_xyz(std::lerp(a.x, b.x, t), std::lerp(a.y, b.y, t), std::lerp(a.z, b.z, t));
+    ReflectanceShare& share = shares.emplace_back(tables::kCieFirstNm + tables::kCieStepNm * i / kSteps);
+    for (std::size_t c = 0; c < 3; ++c) sums[c] += share.rgb[c] = rgb.v[c] * light;
+  }
+  for (ReflectanceShare& share : shares) {
+    for (std::size_t c = 0; c < 3; ++c) share.rgb[c] /= sums[c];
+  }
+  return shares;
+}
+
 Rgb blackbody_rgb(float kelvin) {
   if (!(kelvin > 0)) return {};
   return in_gamut(integrate([&](int row) { return relative_planck(wavelength_nm(row), kelvin); }));

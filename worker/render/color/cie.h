@@ -11,6 +11,7 @@
 // here is needed for it.
 #pragma once
 
+#include <array>
 #include <vector>
 
 namespace tessera::render {
@@ -32,6 +33,15 @@ Rgb emission_rgb(const SampledCurve& spectrum);
 
 /// Reflectance or transmittance, clamped to [0, 1].
 Rgb reflectance_rgb(const SampledCurve& spectrum);
+
+/// The part that one wavelength has in R, G and B of a reflectance under D65.
+struct ReflectanceShare {
+  double nm;
+  std::array<double, 3> rgb;  // sums to 1 over all wavelengths; single ones may be negative
+};
+
+/// All of them, a nanometre apart: the tables interpolated between their steps.
+std::vector<ReflectanceShare> reflectance_shares();
 
 /// emission_rgb of Planck's law at `kelvin`, scaled so that its greatest value over all wavelengths is 1
 /// [pbrt-v4 BlackbodySpectrum]. Black for temperatures that are not positive.

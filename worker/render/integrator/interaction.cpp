@@ -172,6 +172,17 @@ void set_frame(const SceneTables& scene, const Surface& surface, Vec3 wo, Int re
   part.frame.y = select(turned, tangent.y, part.frame.y);
 }
 
+/// The normal of the layer above the base: by a map of its own, or as it is without maps.
+void set_upper_normal(const SceneTables& scene, const Surface& surface, Int record, Mask active,
+                      MaterialPart& part) {
+  Vec3 normal = surface.ns;
+  for_each_distinct(record, active, [&](std::int32_t m, Mask lanes) {
+    const int texture = scene.materials.materials[static_cast<std::size_t>(m)].upper_normal_texture;
+    if (texture >= 0) normal = select(lanes, mapped_normal(scene, texture, surface, lanes), normal);
+  });
+  part.params.upper_normal = part.frame.to_local(normal);
+}
+
 void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const Route& route, Mask active,
                MaterialPart& part) {
   part.material = route.record;
@@ -194,6 +205,8 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
                         part.kind, active, part.params);
   }
   set_frame(scene, surface, wo, route.record, active, part);
+  if ((part.params.some_flags & kUsesFurther) != 0)
+    set_upper_normal(scene, surface, route.record, active & ((part.flags & kUsesFurther) != 0), part);
   part.lambertian = (part.params.some_flags & (kOneSided | kBendsSoftly)) == 0 &&
                     none(active & (part.kind != static_cast<std::int32_t>(BsdfKind::kDiffuse)));
 }

@@ -109,13 +109,11 @@ struct MaterialTable::Writer {
     return textured(textures.add_product(value, textured(textures.add_attribute(kColorAttribute))));
   }
 
-  void write_normal_map(const TextureUse& use, v1::Material& material) {
-    if (!usable(use)) return;
+  std::optional<v1::ImageTexture> normal_map(const TextureUse& use) {
+    if (!usable(use)) return std::nullopt;
     const double scale = number_of(use.info, "scale", 1);
-    const std::optional<v1::ImageTexture> image =
-        scale == 1 ? textures.image(use, false)
-                   : textures.changed_image(use, concat("scaled-", scale), false, scale_normal, scale);
-    if (image) *material.mutable_normal_map() = *image;
+    return scale == 1 ? textures.image(use, false)
+                      : textures.changed_image(use, concat("scaled-", scale), false, scale_normal, scale);
   }
 
   /// By alphaMode. `use` has the alpha, times `factor` and that of the vertices.
@@ -189,8 +187,8 @@ struct MaterialTable::Writer {
       *gltf.mutable_clearcoat_roughness() =
           scalar(texture_of(e, at, "clearcoatRoughnessTexture"), v1::ImageTexture::GREEN,
                  number_of(e, "clearcoatRoughnessFactor", 0));
-      if (member(e, "clearcoatNormalTexture") != nullptr)
-        context.warn(at, "clearcoatNormalTexture is left out: the coat has the normals of the base");
+      if (const auto map = normal_map(texture_of(e, at, "clearcoatNormalTexture")))
+        *gltf.mutable_clearcoat_normal_map() = *map;
     });
     open("KHR_materials_sheen", [&](const Json* e, const std::string& at) {
       *gltf.mutable_sheen_color() =
@@ -205,9 +203,9 @@ struct MaterialTable::Writer {
           scalar(directions, v1::ImageTexture::BLUE, number_of(e, "anisotropyStrength", 0));
       gltf.set_anisotropy_rotation(
           static_cast<float>(number_of(e, "anisotropyRotation", 0) * 180 / 3.14159265358979));
-      if (directions)
-        context.warn(directions.place,
-                     "the directions of anisotropyTexture are left out, its strengths are not");
+      if (!usable(directions)) return;
+      if (const auto image = textures.image(directions, false))
+        gltf.mutable_anisotropy_direction()->set_texture(textures.add(*image, name));
     });
     open("KHR_materials_diffuse_transmission", [&](const Json* e, const std::string& at) {
       *gltf.mutable_diffuse_transmission() =
@@ -217,14 +215,32 @@ struct MaterialTable::Writer {
           color(texture_of(e, at, "diffuseTransmissionColorTexture"),
                 color_of(e, "diffuseTransmissionColorFactor", {1, 1, 1}));
     });
-    open("KHR_materials_iridescence", [&](const Json* e, const std::string& at) {
-      if (number_of(e, "iridescenceFactor", 0) > 0)
-        context.warn(at, "iridescence is left out: the layer below it is seen");
-    });
+    open("KHR_materials_iridescence", [&](const Json* e, const std::string& at) { write_film(e, at, gltf); });
     open("KHR_materials_dispersion", [&](const Json* e, const std::string& at) {
-      if (number_of(e, "dispersion", 0) > 0)
-        context.warn(at, "dispersion is left out: all colours are refracted by one index");
+      const double dispersion = number_of(e, "dispersion", 0);
+      if (gltf.volume()) gltf.set_dispersion(static_cast<float>(std::min(dispersion, 1e6)));
+      if (dispersion > 0 && !gltf.volume())
+        context.warn(at, "dispersion without a volume: nothing is refracted, so no colours part");
     });
+  }
+
+  void write_film(const Json* film, const std::string& place, v1::GltfMaterial& gltf) {
+    const double factor = number_of(film, "iridescenceFactor", 0);
+    if (factor <= 0) return;
+    constexpr double kMostIndex = 1e4, kMostThickness = 1e6;
+    *gltf.mutable_iridescence() =
+        scalar(texture_of(film, place, "iridescenceTexture"), v1::ImageTexture::RED, factor);
+    gltf.set_iridescence_ior(
+        static_cast<float>(std::min(number_of(film, "iridescenceIor", 1.3), kMostIndex)));
+    const double least = std::min(number_of(film, "iridescenceThicknessMinimum", 100), kMostThickness),
+                 most = std::min(number_of(film, "iridescenceThicknessMaximum", 400), kMostThickness);
+    v1::FloatValue& thickness = *gltf.mutable_iridescence_thickness();
+    thickness.set_constant(static_cast<float>(most));
+    const TextureUse use = texture_of(film, place, "iridescenceThicknessTexture");
+    if (!usable(use)) return;
+    if (const auto image = textures.image(use, false, v1::ImageTexture::GREEN))
+      thickness.set_texture(textures.add_mix(constant({least, least, least}), constant({most, most, most}),
+                                             textures.add(*image, name)));
   }
 
   void write_volume(const Json* volume, v1::GltfMaterial& gltf, Matter& matter) {
@@ -306,7 +322,8 @@ Matter MaterialTable::write(std::optional<std::size_t> index, const Vertices& ve
         writer.scalar(parts, v1::ImageTexture::GREEN, number_of(core, "roughnessFactor", 1));
     if (glossiness != nullptr) writer.write_specular_glossiness(glossiness, at, gltf);
     writer.write_layers(json, place, gltf, matter);
-    writer.write_normal_map(texture_of(json, place, "normalTexture"), material);
+    if (const auto map = writer.normal_map(texture_of(json, place, "normalTexture")))
+      *material.mutable_normal_map() = *map;
     writer.write_emission(
         texture_of(json, place, "emissiveTexture"), color_of(json, "emissiveFactor", {0, 0, 0}),
         number_of(extension(json, "KHR_materials_emissive_strength"), "emissiveStrength", 1), matter);

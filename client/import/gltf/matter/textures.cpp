@@ -129,9 +129,7 @@ std::optional<v1::ImageTexture> TextureTable::image(const TextureUse& use, bool 
     const std::int64_t wrap_s = integer_of(sampler, "wrapS", 10497),
                        wrap_t = integer_of(sampler, "wrapT", 10497);
     result.set_wrap(wrap_of(wrap_s));
-    if (wrap_s != wrap_t)
-      context_.warn(below("/samplers", *number),
-                    "different wrap modes along u and v: that of u stands for both");
+    if (wrap_s != wrap_t) result.set_wrap_v(wrap_of(wrap_t));
     if (integer_of(sampler, "magFilter", 9729) == 9728) result.set_filter(v1::ImageTexture::NEAREST);
   }
   write_mapping(extension(use.info, kTransform), *result.mutable_mapping());
@@ -199,6 +197,15 @@ std::string TextureTable::add_product(const v1::SpectrumValue& a, const v1::Spec
   *texture.mutable_scale()->mutable_value() = a;
   *texture.mutable_scale()->mutable_factor() = b;
   return add(std::move(texture), "product");
+}
+
+std::string TextureTable::add_mix(const v1::SpectrumValue& a, const v1::SpectrumValue& b,
+                                  const std::string& amount) {
+  v1::Texture texture;
+  *texture.mutable_mix()->mutable_a() = a;
+  *texture.mutable_mix()->mutable_b() = b;
+  texture.mutable_mix()->mutable_amount()->set_texture(amount);
+  return add(std::move(texture), "mix");
 }
 
 std::string TextureTable::add_attribute(const std::string& attribute) {

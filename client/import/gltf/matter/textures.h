@@ -39,6 +39,8 @@ class TextureTable {
 
   std::string add(const v1::ImageTexture& image, const std::string& hint);
   std::string add_product(const v1::SpectrumValue& a, const v1::SpectrumValue& b);
+  /// (1 - amount) a + amount b; `amount` is a texture.
+  std::string add_mix(const v1::SpectrumValue& a, const v1::SpectrumValue& b, const std::string& amount);
   std::string add_attribute(const std::string& attribute);
 
  private:

@@ -118,6 +118,33 @@ TEST_F(MaterialBuilderTest, MapsBendTheSurface) {
   EXPECT_EQ(record("mapped").normal_texture, *textures_.node("a normal map"));
 }
 
+TEST_F(MaterialBuilderTest, FurtherSlotsAreOnlyUsedWhereThereIsMoreThanLayers) {
+  ASSERT_EQ(build(R"(
+      materials { name: 'plain' gltf { clearcoat { constant: 1 } iridescence_ior: 2 dispersion: 1 } }
+      materials { name: 'bent' gltf { clearcoat { constant: 1 } } displacement { texture: 'clouds' } }
+      materials { name: 'coat' gltf { clearcoat { constant: 1 } clearcoat_normal_map { image { digest: 'x' } } } }
+      materials { name: 'film' gltf { iridescence { constant: 1 } iridescence_thickness { texture: 'clouds' } } }
+      materials { name: 'glass' gltf { transmission { constant: 1 } volume: true ior: 1.4 dispersion: 2 } }
+      materials { name: 'wide' gltf { transmission { constant: 1 } volume: true ior: 1.4 dispersion: 200 } })"),
+            absl::OkStatus());
+  const auto further = [&](const char* name) {
+    return table_.extended[static_cast<std::size_t>(record(name).extended)].further;
+  };
+  EXPECT_FALSE(record("plain").flags & (kUsesFurther | kPrepared));
+  EXPECT_TRUE(record("bent").flags & kUsesFurther);
+  EXPECT_EQ(record("bent").upper_normal_texture, -1);
+  EXPECT_TRUE(record("coat").flags & kUsesFurther);
+  EXPECT_EQ(record("coat").upper_normal_texture, *textures_.node("a normal map"));
+  EXPECT_TRUE(record("film").flags & kPrepared);
+  EXPECT_EQ(further("film")[slot::kFilm].value, 1);
+  EXPECT_EQ(further("film")[slot::kFilmEta].value, 1.3f);
+  EXPECT_EQ(further("film")[slot::kFilmThickness].texture, *textures_.node("clouds"));
+  EXPECT_FALSE(table_.film_table.empty());
+  // (ior - 1) 0.025 dispersion, and never to an index of 1.
+  EXPECT_NEAR(further("glass")[slot::kSpread].value, 0.02f, 1e-6);
+  EXPECT_NEAR(further("wide")[slot::kSpread].value, 0.399f, 1e-6);
+}
+
 TEST_F(MaterialBuilderTest, WarnsOfWhatIsLeftOut) {
   ASSERT_EQ(build("materials { name: 'plain' coated_diffuse {} }"), absl::OkStatus());
   EXPECT_THAT(warnings_, IsEmpty());
@@ -150,6 +177,12 @@ TEST_F(MaterialBuilderTest, NamesTheMaterialAtFault) {
   EXPECT_THAT(refusal_of("principled { specular { constant: 2 } }"),
               HasSubstr("its specular is not between"));
   EXPECT_THAT(refusal_of("hair { alpha_degrees: nan }"), HasSubstr("the tilt of its scales"));
+  EXPECT_THAT(refusal_of("gltf { iridescence_ior: 0.5 }"), HasSubstr("an iridescence_ior of 0.5"));
+  EXPECT_THAT(refusal_of("gltf { iridescence_ior: nan }"), HasSubstr("an iridescence_ior of nan"));
+  EXPECT_THAT(refusal_of("gltf { iridescence_thickness { constant: -1 } }"),
+              HasSubstr("an iridescence_thickness of -1"));
+  EXPECT_THAT(refusal_of("gltf { dispersion: -1 }"), HasSubstr("a dispersion of -1"));
+  EXPECT_THAT(refusal_of("gltf { dispersion: inf }"), HasSubstr("a dispersion of inf"));
   EXPECT_THAT(refusal_of("diffuse {} normal_map {} normal_texture: 'clouds'"),
               HasSubstr("exclude each other"));
 }

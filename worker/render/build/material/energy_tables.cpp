@@ -1,6 +1,7 @@
 #include "render/build/material/energy_tables.h"
 
 #include "render/bsdf/tables/coat_table.h"
+#include "render/bsdf/tables/film_table.h"
 #include "render/bsdf/tables/layer_table.h"
 #include "render/bsdf/tables/plastic_table.h"
 
@@ -26,6 +27,10 @@ std::int32_t EnergyTables::balance(const BalancedFacets& facets) {
 std::int32_t EnergyTables::layers() {
   if (layers_ < 0) layers_ = append_layer_table(table_);
   return layers_;
+}
+
+void EnergyTables::films() {
+  if (table_.film_table.empty()) table_.film_table = film_table();
 }
 
 }  // namespace tessera::render

@@ -20,6 +20,8 @@ class EnergyTables {
   std::int32_t plastic(float eta, const BoundaryFacets& facets);
   std::int32_t balance(const BalancedFacets& facets);
   std::int32_t layers();
+  /// Fills MaterialTable::film_table.
+  void films();
 
  private:
   MaterialTable& table_;

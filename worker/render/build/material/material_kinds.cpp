@@ -336,7 +336,7 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots) {
     case v1::Material::kPhong:
       return set_phong(material.phong(), slots);
     case v1::Material::kGltf:
-      return set_gltf(material.gltf(), slots);
+      return set_gltf(material, slots);
     case v1::Material::kInterface:
       record.kind = BsdfKind::kInterface;
       record.flags |= kAllDelta | kPassesStraight;

@@ -11,6 +11,6 @@ namespace tessera::render {
 absl::Status set_kind(const v1::Material& material, MaterialSlots& slots);
 
 /// That of glTF's layers.
-absl::Status set_gltf(const v1::GltfMaterial& gltf, MaterialSlots& slots);
+absl::Status set_gltf(const v1::Material& material, MaterialSlots& slots);
 
 }  // namespace tessera::render

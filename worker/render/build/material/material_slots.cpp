@@ -120,6 +120,13 @@ ExtendedRecord& MaterialSlots::extend() {
   return inputs_.table.extended.emplace_back();
 }
 
+absl::Status MaterialSlots::set_upper_normal(const v1::ImageTexture& map) {
+  const auto node = inputs_.textures.normal_map(map);
+  if (!node.ok()) return node.status();
+  record.upper_normal_texture = *node;
+  return absl::OkStatus();
+}
+
 void MaterialSlots::scale_spectra(float factor) {
   for (SpectrumSlot& slot : record.spectra) {
     if (slot.texture >= 0 && factor != 1) slot.texture = inputs_.textures.scaled(slot.texture, factor);

@@ -40,6 +40,8 @@ class MaterialSlots {
   /// Gives a rough conductor (`eta` 0) or dielectric the table for multiple scattering, unless it asks for
   /// none.
   void set_multiple_scattering(const v1::Roughness& roughness, float eta);
+  /// The normals of the layer above the base.
+  absl::Status set_upper_normal(const v1::ImageTexture& map);
   /// Multiplies the values of both spectra.
   void scale_spectra(float factor);
   ExtendedRecord& extend();
