@@ -50,7 +50,7 @@ std::string floor_of(const std::string& material) {
                       material, " }");
 }
 
-double brightness_of(const std::string& material) {
+Picture picture_of(const std::string& material) {
   PictureRequest request;
   request.max_depth = 1;
   request.spp = 64;
@@ -60,13 +60,16 @@ double brightness_of(const std::string& material) {
   std::string image = "PF\n1 1\n-1.0\n";
   image.append(reinterpret_cast<const char*>(kLeaning), sizeof kLeaning);
   request.blobs = {{"lean", image}};
-  return measure_picture(request).whole(0).mean;
+  return measure_picture(request);
 }
 
+double brightness_of(const std::string& material) { return picture_of(material).whole(0).mean; }
+
 TEST(NormalTexture, OfACoatBendsTheCoatAlone) {
-  // A coat of index 1.5 over nothing, and a black dielectric of the same index and roughness: light between
-  // its facets, which a coat does not give back, is below 1e-3 of the lobe.
-  constexpr double kBetween = 2e-3;
+  // A coat of index 1.5 over nothing, and a black dielectric of the same index and roughness. The tangents of
+  // a disk go round, so that normals lean every way, and lobes are seen from 5 to 20 degrees off their peak,
+  // where light between the facets, which a coat does not give back, is up to 0.4 % of them.
+  constexpr double kBetween = 5e-3;
   constexpr const char* kMap =
       " clearcoat_normal_map { image { digest: 'lean' path: 'lean.pfm' } encoding: LINEAR }";
   const auto coat = [](const std::string& more) {
@@ -89,15 +92,24 @@ TEST(NormalTexture, OfACoatBendsTheCoatAlone) {
 
 TEST(NormalTexture, OfDirectionsTurnsTheAnisotropy) {
   const auto metal = [](const std::string& more) {
-    return brightness_of(
+    return picture_of(
         absl::StrCat("gltf { roughness { constant: 0.4 } anisotropy { constant: 0.8 } ", more, " }"));
   };
+  // By blocks, as the tangents of a disk go round. A block has 4096 samples, which vary by less than a half:
+  // six standard errors of a difference of two are below 0.07.
+  const auto largest_difference = [](const Picture& a, const Picture& b) {
+    double largest = 0;
+    for (std::size_t i = 0; i < a.values.size(); ++i)
+      largest = std::max(largest, std::abs(a.values[i].mean / b.values[i].mean - 1));
+    return largest;
+  };
+  constexpr double kSame = 0.07, kOther = 0.15;
   // (cos 60, sin 60), of any length.
   constexpr const char* kSixty = "anisotropy_direction { constant { rgb { r: 0.625 g: 0.7165064 b: 1 } } }";
-  const double turned = metal("anisotropy_rotation: 60");
-  EXPECT_GT(std::abs(turned / metal("") - 1), 0.1);
-  EXPECT_NEAR(metal(kSixty) / turned, 1, 1e-4);
-  EXPECT_NEAR(metal(absl::StrCat(kSixty, " anisotropy_rotation: -60")) / metal(""), 1, 1e-4);
+  const Picture straight = metal(""), turned = metal("anisotropy_rotation: 60");
+  EXPECT_GT(largest_difference(turned, straight), kOther);
+  EXPECT_LT(largest_difference(metal(kSixty), turned), kSame);
+  EXPECT_LT(largest_difference(metal(absl::StrCat(kSixty, " anisotropy_rotation: -60")), straight), kSame);
 }
 
 }  // namespace
