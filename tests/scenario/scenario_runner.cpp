@@ -261,7 +261,8 @@ std::string ScenarioRunner::complete(const Arguments& arguments) {
 std::string ScenarioRunner::fail(const Arguments& arguments) {
   const Words& words = arguments.positional;
   const bool scene_fault = words.size() > 2 && words[2] == "scene";
-  return changed(scheduler_->fail(words.at(0), token(words.at(1)), "no luck", scene_fault, now_));
+  return changed(scheduler_->fail(words.at(0), token(words.at(1)),
+                                  {.message = "no luck", .scene_fault = scene_fault}, now_));
 }
 
 std::string ScenarioRunner::advance(const std::string& seconds) {
