@@ -60,6 +60,7 @@ struct AlgorithmTraits {
   bool media = false;           // sees participating media; where not, they are left out with a warning
   bool noise = false;           // samples may be taken as noise asks for (RenderSettings.noise)
   bool scatters = false;        // samples may go into several pixels (RenderSettings.reconstruction)
+  bool shares_paths = false;    // neighbouring pixels may share light (RenderSettings.path_sharing)
   bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
   LayerStates layers = LayerStates::kNone;
   bool shadow_layers = false;    // has layers of light that something is in the way of (layers/layer_rule.h)

@@ -157,8 +157,25 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
     if (auto s = allows_scattering(spec); !s.ok()) return s;
   }
+  if (spec.view().path_sharing() != 0) {
+    if (auto s = allows_sharing(spec); !s.ok()) return s;
+  }
   if (auto s = check_footprint(spec); !s.ok()) return s;
   return check_noise(spec);
+}
+
+absl::Status allows_sharing(const v1::JobSpec& spec) {
+  const std::string& integrator = spec.content().algorithms().integrator();
+  const AlgorithmTraits* const algorithm = find_algorithm(integrator);
+  if (algorithm == nullptr || !algorithm->shares_paths) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", integrator, "' has no paths that pixels share: path_sharing is not for it"));
+  }
+  if (spec.view().layers_size() > 0) {
+    return absl::InvalidArgumentError(
+        "path_sharing does not go with layers: shared light does not tell by which path it came");
+  }
+  return absl::OkStatus();
 }
 
 std::uint32_t sample_bits_of(const v1::JobSpec& spec) {

@@ -16,6 +16,9 @@ namespace tessera::wire {
 /// (own_settings.h).
 absl::Status check_settings(const v1::JobSpec& spec);
 
+/// InvalidArgument where pixels cannot share light in this job (RenderSettings.path_sharing).
+absl::Status allows_sharing(const v1::JobSpec& spec);
+
 /// Returns the right JobSpec.View.sample_bits.
 std::uint32_t sample_bits_of(const v1::JobSpec& spec);
 

@@ -39,6 +39,7 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   *view.mutable_layers() = wishes.layers();
   if (wishes.reconstruction() == v1::RECONSTRUCTION_SCATTER)
     view.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+  if (wishes.path_sharing() > v1::PATH_SHARING_OFF) view.set_path_sharing(wishes.path_sharing());
   view.set_texture_footprint(wishes.has_texture_footprint() ? wishes.texture_footprint()
                                                             : kDefaultTextureFootprint);
   job.mutable_samples()->set_spp(wishes.spp() != 0 ? wishes.spp() : kDefaultSpp);

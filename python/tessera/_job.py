@@ -119,6 +119,14 @@ def make_spec(
     )
     if scatters:
         view.reconstruction = settings_pb2.RECONSTRUCTION_SCATTER
+    if wishes.path_sharing > settings_pb2.PATH_SHARING_OFF:
+        view.path_sharing = wishes.path_sharing
+    elif (
+        wishes.path_sharing != settings_pb2.PATH_SHARING_OFF
+        and integrator in ("path", "volpath")
+        and not wishes.layers
+    ):
+        view.path_sharing = settings_pb2.PATH_SHARING_8
 
     x0, y0, x1, y1 = crop or (0, 0, width, height)
     if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):

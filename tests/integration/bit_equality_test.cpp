@@ -63,6 +63,26 @@ TEST(BitEquality, SamplesOfOnePixelOrOfAllAroundWhateverTiles) {
   EXPECT_EQ(render_hash(wide + Arguments{"--threads", "3", "--tile", "3"}), expected);
 }
 
+/// Neighbours that share light are the same whatever tiles they lie in, whose borders may part them.
+TEST(BitEquality, PixelsThatShareLightWhateverTiles) {
+  std::set<std::string> pictures;
+  for (const char* reconstruction : {"sample", "scatter"}) {
+    for (const char* sharing : {"off", "4", "8", "16"}) {
+      const Arguments job =
+          kView + Arguments{"--spp", "10", "--reconstruction", reconstruction, "--path-sharing", sharing};
+      const std::string expected = render_hash(job);
+      pictures.insert(expected);
+      EXPECT_EQ(render_hash(job + Arguments{"--threads", "3", "--tile", "11"}), expected)
+          << reconstruction << ' ' << sharing;
+    }
+  }
+  EXPECT_EQ(pictures.size(), 8u);
+  EXPECT_TRUE(pictures.contains(render_hash(kView + Arguments{"--spp", "10"})));
+  const Arguments noise = kView + Arguments{"--spp", "64", "--noise", "0.2"};
+  const std::string expected = render_hash(noise);
+  EXPECT_EQ(render_hash(noise + Arguments{"--threads", "3", "--tile", "24"}), expected);
+}
+
 TEST(BitEquality, OneTwoAndThreeWorkersWhateverTiles) {
   FarmUnderTest farm;
   const std::string expected = render_hash(kCornellBox);

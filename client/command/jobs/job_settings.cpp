@@ -68,6 +68,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   if (request.grid_density) asked.set_grid_density(*request.grid_density);
   asked.set_nesting(request.nesting);
   asked.set_reconstruction(request.reconstruction);
+  asked.set_path_sharing(request.path_sharing);
   asked.set_texture_filter(request.texture_filter);
   if (request.texture_footprint) asked.set_texture_footprint(*request.texture_footprint);
   v1::RenderSettings wishes = scene;
@@ -157,6 +158,17 @@ absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstructi
   if (can && wire::gains_by_scattering(filter))
     spec.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
   return absl::OkStatus();
+}
+
+/// The same for pixels that share light.
+void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSpec& spec) {
+  if (wish == v1::PATH_SHARING_OFF) return;
+  const bool can = wire::allows_sharing(spec).ok();
+  if (wish > v1::PATH_SHARING_OFF) {
+    if (!can && request.several_integrators) spec.mutable_view()->clear_path_sharing();
+  } else if (can) {
+    spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_8);
+  }
 }
 
 }  // namespace
@@ -301,6 +313,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
           resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
       !status.ok())
     return request.reconstruction != 0 ? absl::OutOfRangeError(status.message()) : status;
+  resolve_sharing(request, wishes.path_sharing(), spec);
 
   v1::JobSpec::View& view = *spec.mutable_view();
   view.set_width(film.width);
@@ -313,9 +326,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (spec.samples().noise() != 0) cut.set_samples_per_unit(std::bit_ceil(spec.samples().spp()));
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
-    const bool asked = request.noise || request.reconstruction != 0 || !request.integrator.empty() ||
-                       request.direct_light != 0 || !request.aovs.empty() || request.layers.any() ||
-                       request.denoise || own.ByteSizeLong() > 0;
+    const bool asked = request.noise || request.reconstruction != 0 || request.path_sharing != 0 ||
+                       !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty() ||
+                       request.layers.any() || request.denoise || own.ByteSizeLong() > 0;
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   if (request.denoise && spec.samples().spp() < 2)

@@ -48,6 +48,7 @@ struct JobSettings {
   // The same settings are for several integrators: those that one has not are left out, else refused.
   bool several_integrators = false;
   v1::Reconstruction reconstruction{};
+  v1::PathSharing path_sharing{};
   std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
   std::optional<DenoiseMethod> denoise;  // of the picture, once it is rendered

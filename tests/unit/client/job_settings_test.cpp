@@ -282,6 +282,32 @@ TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsI
   EXPECT_EQ(prepare_job({}, scene, "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST(JobSettings, PixelsShareLightWhereTheIntegratorCanAndNoLayersAreAskedFor) {
+  const ImportedScene scene = scene_of(64, 64);
+  const auto sharing = [&](const JobSettings& request = {}) {
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() ? (*job)->spec.view().path_sharing() : v1::PATH_SHARING_AUTO;
+  };
+  EXPECT_EQ(sharing(), v1::PATH_SHARING_8);
+  JobSettings request;
+  request.noise = 0.1;
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_8);
+  request = {};
+  request.path_sharing = v1::PATH_SHARING_OFF;
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+  request.path_sharing = v1::PATH_SHARING_16;
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_16);
+  request.integrator = "guided";
+  EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
+              HasSubstr("integrator 'guided' has no paths that pixels share"));
+  request.several_integrators = true;
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+  request = {};
+  request.integrator = "guided";
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+}
+
 TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   ImportedScene scene = scene_of(64, 64);
   scene.scene.mutable_settings()->set_integrator("irradiance-cache");

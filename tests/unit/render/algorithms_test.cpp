@@ -57,6 +57,9 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     v1::JobSpec scattered = job;
     scattered.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);
     EXPECT_EQ(wire::check_settings(scattered).ok(), traits.scatters) << traits.name;
+    v1::JobSpec sharing = job;
+    sharing.mutable_view()->set_path_sharing(v1::PATH_SHARING_8);
+    EXPECT_EQ(wire::check_settings(sharing).ok(), traits.shares_paths) << traits.name;
     if (traits.scatters) {
       v1::JobSpec both = noisy;
       both.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);

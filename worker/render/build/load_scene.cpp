@@ -101,7 +101,7 @@ class BuiltScene final : public RenderScene {
                                 part.prepared};
       if (part.phase == algorithm_.phases.size()) {
         context.prepared = or_alone(part.prepared);
-        return make_noise_pilot(algorithm_, context, part, crop, noise_, scatters(), stop, blob);
+        return make_noise_pilot(algorithm_, context, part, crop, noise_, scatters(), group_, stop, blob);
       }
       return algorithm_.phases[part.phase].make(context, part, stop, blob);
     });
@@ -153,7 +153,13 @@ class BuiltScene final : public RenderScene {
 
   const std::vector<std::string>& warnings() const override { return content_->warnings; }
 
-  std::vector<std::string> notes() const override { return content_->notes; }
+  std::vector<std::string> notes() const override {
+    std::vector<std::string> notes = content_->notes;
+    if (sharing_ != 0 && !unshared_because().empty())
+      notes.push_back(
+          absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because())));
+    return notes;
+  }
 
   const std::vector<std::string>& material_names() const override { return content_->material_names; }
 
@@ -194,6 +200,7 @@ class BuiltScene final : public RenderScene {
       if (!layers.ok()) return layers.status();
       self->tables_.layers = *std::move(layers);
     }
+    self->find_group();
     self->prepare_alone();
     return self;
   }
@@ -208,7 +215,24 @@ class BuiltScene final : public RenderScene {
         content_(std::move(content)),
         noise_{.noise = job.samples().noise(), .samples = job.samples().spp()},
         may_scatter_(job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER),
+        sharing_(job.view().path_sharing()),
         tables_(content_->tables) {}
+
+  /// What keeps pixels from sharing light: paths see time, or random numbers beside those that they share.
+  std::string_view unshared_because() const {
+    if (tables_.volumetric) return "media";
+    if (tables_.any_motion) return "motion";
+    if (tables_.any_opacity) return "surfaces of some opacity";
+    if (tables_.lights.any_interpolated) return "lamps with interpolated normals";
+    return "";
+  }
+
+  void find_group() {
+    if (!unshared_because().empty() || tables_.max_depth < 2) return;
+    if (sharing_ == v1::PATH_SHARING_4) group_ = {2, 2};
+    if (sharing_ == v1::PATH_SHARING_8) group_ = {4, 2};
+    if (sharing_ == v1::PATH_SHARING_16) group_ = {4, 4};
+  }
 
   /// What an algorithm without phases makes of the scene alone.
   void prepare_alone() {
@@ -277,15 +301,20 @@ class BuiltScene final : public RenderScene {
       return true;
     }
     if (scatters()) {
-      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset, counts);
+      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset, counts, group_);
       const std::uint64_t samples = stats.samples;
       const bool finished = integrator->render(film, film, stop);
       // Those of the border are none of the picture's.
       stats.samples = std::accumulate(result.counts.begin(), result.counts.end(), samples);
       return finished;
     }
-    FixedTile film(result, counts);
-    return integrator->render(film, film, stop);
+    FixedTile film(result, counts, group_);
+    const std::uint64_t samples = stats.samples;
+    const bool finished = integrator->render(film, film, stop);
+    // Those of neighbours beyond the tile are none of the picture's.
+    if (group_.count() > 1)
+      stats.samples = std::accumulate(result.counts.begin(), result.counts.end(), samples);
+    return finished;
   }
 
   const Kernel& kernel_;
@@ -295,6 +324,8 @@ class BuiltScene final : public RenderScene {
   const std::shared_ptr<const SceneContent> content_;
   const NoiseTarget noise_;
   const bool may_scatter_;
+  const v1::PathSharing sharing_;
+  PixelGroup group_;  // of neighbours that share light
   SceneTables tables_;
   std::unique_ptr<const Prepared> prepared_alone_;
 };

@@ -23,8 +23,8 @@ struct NoisePrepared final : Prepared {
 
 /// Makes one part, of the film where `crop` is empty. False when stopped.
 bool make_noise_pilot(const Algorithm& algorithm, const IntegratorContext& context, const PartRequest& part,
-                      const FilmRect& crop, const NoiseTarget& target, bool scatters, std::stop_token stop,
-                      std::string& blob);
+                      const FilmRect& crop, const NoiseTarget& target, bool scatters, PixelGroup group,
+                      std::stop_token stop, std::string& blob);
 /// Merges neighbouring blobs. False where they are not the phase's.
 bool merge_noise_pilots(std::span<const std::string_view> blobs, std::string& merged);
 /// InvalidArgument where `blob` is no pilot of blocks of the film.

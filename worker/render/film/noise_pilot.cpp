@@ -34,10 +34,12 @@ FilmRect blocks_of(const FilmRect& crop, const PartRequest& part) {
 
 /// One sample in some sixty is the pilot's, as far as the target tells how many there will be, and a quarter
 /// of a sample a pixel at least: pixels of a block that are sampled.
-std::uint32_t pilot_pixels(const NoiseTarget& target) {
+/// Neighbours that share light do not judge each other: there are two groups at least.
+std::uint32_t pilot_pixels(const NoiseTarget& target, PixelGroup group) {
   const double usual = 1 / (9 * target.noise * target.noise);
   const double samples = std::min<double>(target.samples, usual) / 64;
-  return std::clamp(std::bit_ceil(static_cast<std::uint32_t>(samples * 16)), 4u, kBlockPixels);
+  const std::uint32_t least = std::max(4u, 2 * static_cast<std::uint32_t>(group.count()));
+  return std::clamp(std::bit_ceil(static_cast<std::uint32_t>(samples * 16)), least, kBlockPixels);
 }
 
 /// Samples of a batch, which all cost the same as far as is known: fewer tell costs apart, more fill wide
@@ -49,10 +51,11 @@ constexpr std::uint32_t kTogether = 2;
 }  // namespace
 
 NoisePilot::NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint32_t film_height,
-                       const PartRequest& part, const NoiseTarget& target, bool scatters, std::uint64_t seed,
-                       const RenderStats& stats)
+                       const PartRequest& part, const NoiseTarget& target, bool scatters, PixelGroup group,
+                       std::uint64_t seed, const RenderStats& stats)
     : blocks_(blocks_of(crop, part)),
-      pixels_of_block_(pilot_pixels(target)),
+      group_(group),
+      pixels_of_block_(pilot_pixels(target, group)),
       scatters_(scatters),
       stats_(stats),
       opened_(blocks_.pixel_count()),
@@ -63,20 +66,31 @@ NoisePilot::NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint
   if (scatters_) make_places(seed);
 }
 
-/// The first pixels along a Z-order curve whose bits are reversed are evenly spread, and so are those that
+/// The first groups along a Z-order curve whose bits are reversed are evenly spread, and so are those that
 /// follow: the halves of a block.
 void NoisePilot::open_block(std::uint32_t block, std::uint32_t film_width, std::uint32_t film_height) {
   const std::uint32_t x = blocks_.x0 + block % blocks_.width(), y = blocks_.y0 + block / blocks_.width();
   opened_[block].begin = pixels_.size();
   const auto turned = static_cast<std::uint32_t>(base::split_mix(std::uint64_t{y} << 32 | x));
+  const auto group = static_cast<std::uint32_t>(group_.count());
+  const int inner = std::countr_zero(group), bits = std::countr_zero(kBlockPixels);
   std::uint32_t number = 0;
-  for (std::uint32_t i = 0; i < kBlockPixels && number < pixels_of_block_; ++i) {
-    const auto bit = [code = i ^ turned](std::uint32_t from, std::uint32_t to) {
-      return (code >> from & 1) << to;
-    };
-    const std::uint32_t px = x * kNoiseBlock + (bit(0, 2) | bit(2, 1) | bit(4, 0));
-    const std::uint32_t py = y * kNoiseBlock + (bit(1, 2) | bit(3, 1) | bit(5, 0));
-    if (px < film_width && py < film_height) pixels_.push_back({block, px, py, number++, {}});
+  for (std::uint32_t first = 0; first < kBlockPixels && number < pixels_of_block_; first += group) {
+    const std::size_t begin = pixels_.size();
+    for (std::uint32_t i = first; i < first + group; ++i) {
+      const std::uint32_t code = i ^ turned;
+      std::uint32_t place = code & (group - 1);
+      for (int k = inner; k < bits; ++k) place |= (code >> k & 1) << (bits - 1 - (k - inner));
+      const auto bit = [place](std::uint32_t from, std::uint32_t to) { return (place >> from & 1) << to; };
+      const std::uint32_t px = x * kNoiseBlock + (bit(0, 0) | bit(2, 1) | bit(4, 2));
+      const std::uint32_t py = y * kNoiseBlock + (bit(1, 0) | bit(3, 1) | bit(5, 2));
+      pixels_.push_back({block, px, py, number + i - first, px < film_width && py < film_height, {}});
+    }
+    if (std::ranges::any_of(std::span(pixels_).subspan(begin), &Pixel::in_film)) {
+      number += group;
+    } else {
+      pixels_.resize(begin);
+    }
   }
   opened_[block].end = pixels_.size();
 }
@@ -97,14 +111,17 @@ void NoisePilot::make_places(std::uint64_t seed) {
 std::size_t NoisePilot::next(std::span<SampleName> names) {
   given_.clear();
   const std::size_t most = std::min(names.size(), kMostTogether);
-  while (given_.size() < most && pixel_ < pixels_.size()) {
-    const Pixel& pixel = pixels_[pixel_];
+  const auto group = static_cast<std::size_t>(group_.count());
+  while (given_.size() + group <= most && pixel_ < pixels_.size()) {
     const std::uint32_t stream = sample_ / kTogether;
-    names[given_.size()] = {pixel.x, pixel.y,
-                            (stream * pixels_of_block_ + pixel.number) * kTogether + sample_ % kTogether,
-                            kFirstStream + stream};
-    given_.push_back(pixel_);
-    if (++sample_ == 2 * kTogether) sample_ = 0, ++pixel_;
+    for (std::size_t i = pixel_; i < pixel_ + group; ++i) {
+      const Pixel& pixel = pixels_[i];
+      names[given_.size()] = {pixel.x, pixel.y,
+                              (stream * pixels_of_block_ + pixel.number) * kTogether + sample_ % kTogether,
+                              kFirstStream + stream};
+      given_.push_back(i);
+    }
+    if (++sample_ == 2 * kTogether) sample_ = 0, pixel_ += group;
   }
   return given_.size();
 }
@@ -132,23 +149,27 @@ Pilot NoisePilot::result() const {
   for (std::size_t block = 0; block < pilot.values.size(); ++block) {
     const Block& opened = opened_[block];
     const std::span pixels = std::span(pixels_).subspan(opened.begin, opened.end - opened.begin);
-    const std::size_t halves[] = {0, (pixels.size() + 1) / 2, pixels.size()};
+    const auto group = static_cast<std::size_t>(group_.count());
+    const std::size_t halves[] = {0, (pixels.size() / group + 1) / 2 * group, pixels.size()};
     const double samples = kTogether;
+    const auto seen = static_cast<double>(std::ranges::count_if(pixels, &Pixel::in_film));
     std::array<double, kColors> mean{};
     for (const Pixel& pixel : pixels) {
+      if (!pixel.in_film) continue;
       for (std::size_t c = 0; c < kColors; ++c)
-        mean[c] += (pixel.sums[0][c] + pixel.sums[1][c]) / (2 * samples * static_cast<double>(pixels.size()));
+        mean[c] += (pixel.sums[0][c] + pixel.sums[1][c]) / (2 * samples * seen);
     }
     PilotBlock& found = pilot.values[block];
     for (std::size_t half = 0; half < 2; ++half) {
-      double error = 0;
+      double error = 0, count = 0;
       for (std::size_t i = halves[half]; i < halves[half + 1]; ++i) {
+        if (!pixels[i].in_film) continue;
+        ++count;
         for (std::size_t c = 0; c < kColors; ++c) {
           const double apart = (pixels[i].sums[0][c] - pixels[i].sums[1][c]) / samples;
           error += apart * apart / 2 * samples / (mean[c] * mean[c] + wire::kPilotDarkness);
         }
       }
-      const auto count = static_cast<double>(halves[half + 1] - halves[half]);
       // Of one pixel there is but one half.
       found.error[half] = count > 0
                               ? std::min(static_cast<float>(error / (kColors * count)), wire::kMostPilotError)

@@ -27,12 +27,14 @@ class NoisePilot final : public SampleSource, public Film {
  public:
   /// Samples the blocks of one part of the film's `crop`. `stats` are those of the integrator: costs are read
   /// from them. `scatters`: samples lie anywhere in their pixels, and not as the filter is distributed.
+  /// `group`: neighbours that share light.
   NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint32_t film_height,
-             const PartRequest& part, const NoiseTarget& target, bool scatters, std::uint64_t seed,
-             const RenderStats& stats);
+             const PartRequest& part, const NoiseTarget& target, bool scatters, PixelGroup group,
+             std::uint64_t seed, const RenderStats& stats);
 
   std::size_t next(std::span<SampleName> names) override;
   const CommonPlaces* places() const override { return scatters_ ? &common_ : nullptr; }
+  PixelGroup group() const override { return group_; }
   FilmRect rect() const override { return blocks_; }
   void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
   void splat(std::span<const Splat> splats) override;
@@ -44,6 +46,7 @@ class NoisePilot final : public SampleSource, public Film {
   static constexpr std::size_t kColors = 3;  // the first channels: R, G, B
   struct Pixel {
     std::uint32_t block, x, y, number;                  // `number` within the block
+    bool in_film;                                       // or a neighbour of what is
     std::array<std::array<double, kColors>, 2> sums{};  // of its two streams
   };
 
@@ -57,6 +60,7 @@ class NoisePilot final : public SampleSource, public Film {
   void make_places(std::uint64_t seed);
 
   const FilmRect blocks_;
+  const PixelGroup group_;
   const std::uint32_t pixels_of_block_;  // that are sampled
   const bool scatters_;
   const RenderStats& stats_;

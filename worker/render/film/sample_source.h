@@ -22,6 +22,13 @@ struct CommonPlaces {
   const float *x, *y;
 };
 
+/// A rectangle of pixels on the film's grid, which its size divides: sides of 1, 2 or 4.
+struct PixelGroup {
+  std::uint32_t width = 1, height = 1;
+
+  int count() const { return static_cast<int>(width * height); }
+};
+
 /// Says what is to be sampled next.
 class SampleSource {
  public:
@@ -31,6 +38,8 @@ class SampleSource {
   virtual std::size_t next(std::span<SampleName> names) = 0;
   /// Where samples of the latest next() lie; null: about their pixels as the filter is distributed.
   virtual const CommonPlaces* places() const { return nullptr; }
+  /// All samples come in such groups of neighbours, one after the other.
+  virtual PixelGroup group() const { return {}; }
   /// The pass that all these samples belong to, where work is done in passes (wire::WorkKind).
   virtual std::uint32_t pass() const { return 0; }
 };

@@ -13,6 +13,9 @@ namespace tessera::render {
 
 namespace {
 
+/// In place of a pixel's number: none of the group's.
+constexpr std::uint32_t kNone = ~0u;
+
 /// The filter's weights of the samples of 2 * reach + 1 pixels in a row, which lie at `place` in theirs.
 void weigh(FilterKind kind, const FilterAxis& axis, float place, std::vector<float>& weights) {
   const auto reach = static_cast<float>(weights.size() / 2);
@@ -27,11 +30,12 @@ std::uint32_t filter_reach(const FilterAxis& axis) {
 }
 
 ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord& filter, std::uint64_t seed,
-                         const SampleCounts* counts)
+                         const SampleCounts* counts, PixelGroup group)
     : result_(result),
       filter_(filter),
       seed_(seed),
       counts_(counts),
+      group_pixels_(group),
       reach_x_(filter_reach(filter.x)),
       reach_y_(filter_reach(filter.y)),
       width_(result.x1 - result.x0 + 2 * reach_x_),
@@ -103,7 +107,7 @@ FilmRect ScatterTile::reached_by(const Run& run) const {
 
 void ScatterTile::begin_group() {
   const Group& group = groups_[group_];
-  std::vector<std::uint32_t> number_of(std::size_t{width_} * height_, ~0u);
+  std::vector<std::uint32_t> number_of(std::size_t{width_} * height_, kNone);
   std::vector<bool> is_reached(result_.pixel_count());
   for (const Run& run : group.runs) {
     for (std::uint32_t i = 0; i < run.width * run.height; ++i)
@@ -115,13 +119,7 @@ void ScatterTile::begin_group() {
       if (rect.x0 < rect.x1) std::fill(row + rect.x0, row + rect.x1, true);
     }
   }
-  order_.clear();
-  places_.clear();
-  for (const std::uint32_t pixel : z_order(width_, height_)) {
-    if (number_of[pixel] == ~0u) continue;
-    order_.push_back(number_of[pixel]);
-    places_.push_back({result_.x0 - reach_x_ + pixel % width_, result_.y0 - reach_y_ + pixel / width_, 0, 0});
-  }
+  order_pixels(number_of);
   reached_.clear();
   for (std::uint32_t i = 0; i < is_reached.size(); ++i) {
     if (is_reached[i]) reached_.push_back(i);
@@ -129,6 +127,33 @@ void ScatterTile::begin_group() {
   leaf_.resize(channels_ * reached_.size());
   next_sample_ = 0;
   sums_.begin_pixels(reached_);
+}
+
+/// Whole groups of neighbours that have pixels of the group at hand, whose numbers are given: those that are
+/// none of its own have numbers beyond.
+void ScatterTile::order_pixels(const std::vector<std::uint32_t>& number_of) {
+  const std::uint32_t left = result_.x0 - reach_x_, top = result_.y0 - reach_y_;  // modulo 2^32
+  const std::uint32_t pad_x = left % group_pixels_.width, pad_y = top % group_pixels_.height;
+  const std::uint32_t columns = (pad_x + width_ + group_pixels_.width - 1) / group_pixels_.width;
+  const std::uint32_t rows = (pad_y + height_ + group_pixels_.height - 1) / group_pixels_.height;
+  const auto number_at = [&](std::uint32_t x, std::uint32_t y) {
+    return x < width_ && y < height_ ? number_of[std::size_t{y} * width_ + x] : kNone;
+  };
+  order_.clear();
+  places_.clear();
+  auto beyond = static_cast<std::uint32_t>(groups_[group_].size);
+  std::vector<std::uint32_t> numbers(static_cast<std::size_t>(group_pixels_.count()));
+  for (const std::uint32_t neighbours : z_order(columns, rows)) {
+    const std::uint32_t x0 = neighbours % columns * group_pixels_.width - pad_x;
+    const std::uint32_t y0 = neighbours / columns * group_pixels_.height - pad_y;
+    for (std::uint32_t i = 0; i < numbers.size(); ++i)
+      numbers[i] = number_at(x0 + i % group_pixels_.width, y0 + i / group_pixels_.width);
+    if (std::ranges::all_of(numbers, [](std::uint32_t number) { return number == kNone; })) continue;
+    for (std::uint32_t i = 0; i < numbers.size(); ++i) {
+      order_.push_back(numbers[i] == kNone ? beyond++ : numbers[i]);
+      places_.push_back({left + x0 + i % group_pixels_.width, top + y0 + i / group_pixels_.width, 0, 0});
+    }
+  }
 }
 
 /// The group's picture has a mean over its own number of samples; as a part of the pixel's sum it is times
@@ -169,9 +194,10 @@ void ScatterTile::end_group() {
 
 void ScatterTile::begin_samples(std::size_t batch) {
   const Group& group = groups_[group_];
-  const auto fit = static_cast<std::uint32_t>(std::min<std::size_t>(batch / group.size, kMostTogether));
+  const auto fit = static_cast<std::uint32_t>(std::min<std::size_t>(batch / order_.size(), kMostTogether));
+  const std::size_t groups = batch / static_cast<std::size_t>(group_pixels_.count());
   together_ =
-      std::min({std::max(fit, kTogether), group.samples - next_sample_, static_cast<std::uint32_t>(batch)});
+      std::min({std::max(fit, kTogether), group.samples - next_sample_, static_cast<std::uint32_t>(groups)});
   common_ = {result_.sample_begin + next_sample_, x_.data(), y_.data()};
   for (std::uint32_t s = 0; s < together_; ++s) {
     // Next to pixels that take other numbers of samples, weights add up to 1 only as far as each mean is
@@ -181,14 +207,15 @@ void ScatterTile::begin_samples(std::size_t batch) {
         even ? shifted_place(seed_, common_.first + s) : scrambled_place(seed_, common_.first + s);
     x_[s] = place.x, y_[s] = place.y;
   }
-  samples_.resize(together_ * channels_ * group.size);
+  samples_.resize(together_ * channels_ * order_.size());
 }
 
 std::size_t ScatterTile::next(std::span<SampleName> names) {
   if (next_pixel_ == order_.size()) end_samples();
   if (group_ == groups_.size()) return 0;
   if (next_pixel_ == 0) begin_samples(names.size());
-  count_ = std::min(names.size() / together_, order_.size() - next_pixel_);
+  const auto whole = static_cast<std::size_t>(group_pixels_.count());
+  count_ = std::min(names.size() / together_ / whole * whole, order_.size() - next_pixel_);
   SampleName* name = names.data();
   for (std::uint32_t s = 0; s < together_; ++s) {
     for (const SampleName& place : std::span(places_).subspan(next_pixel_, count_))
@@ -259,7 +286,7 @@ void ScatterTile::end_samples() {
     weigh(filter_.kind, filter_.x, x_[s], weights_x_);
     weigh(filter_.kind, filter_.y, y_[s], weights_y_);
     for (std::size_t c = 0; c < channels_; ++c) {
-      const float* const from = samples_.data() + (s * channels_ + c) * group.size;
+      const float* const from = samples_.data() + (s * channels_ + c) * order_.size();
       float* const to = filtered_.data() + c * pixels;
       for (const Run& run : group.runs) {
         const FilmRect rect = reached_by(run);

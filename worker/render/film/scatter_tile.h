@@ -35,10 +35,11 @@ class ScatterTile final : public SampleSource, public Film {
   /// samples have come. `seed` decides where in pixels samples lie. With `counts`, which outlive the tile,
   /// pixels take the first samples of the range, which begins at 0, as many as these say; else all of them.
   ScatterTile(wire::TileResult& result, const PixelFilterRecord& filter, std::uint64_t seed,
-              const SampleCounts* counts = nullptr);
+              const SampleCounts* counts = nullptr, PixelGroup group = {});
 
   std::size_t next(std::span<SampleName> names) override;
   const CommonPlaces* places() const override { return &common_; }
+  PixelGroup group() const override { return group_pixels_; }
   FilmRect rect() const override;
   void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
   void splat(std::span<const Splat> splats) override;
@@ -62,6 +63,7 @@ class ScatterTile final : public SampleSource, public Film {
   void add_run(Group& group, std::uint32_t x, std::uint32_t y, std::uint32_t width, std::uint32_t height);
   void group_blocks(const SampleCounts& counts);
   void begin_group();
+  void order_pixels(const std::vector<std::uint32_t>& number_of);
   void end_group();
   /// For batches of that size.
   void begin_samples(std::size_t batch);
@@ -76,6 +78,7 @@ class ScatterTile final : public SampleSource, public Film {
   const PixelFilterRecord& filter_;
   const std::uint64_t seed_;
   const SampleCounts* const counts_;
+  const PixelGroup group_pixels_;
   const std::uint32_t reach_x_, reach_y_;
   const std::uint32_t width_, height_;  // of the tile and its border
   std::vector<std::uint32_t> firsts_;   // planes of which a pixel's own sample counts alone
@@ -92,7 +95,7 @@ class ScatterTile final : public SampleSource, public Film {
   std::size_t next_pixel_ = 0, count_ = 0;      // in order_; of the latest batch
   std::array<float, kMostTogether> x_{}, y_{};  // places of the samples at hand
   CommonPlaces common_{};
-  std::vector<float> samples_;   // channel c of sample s of pixel i at (s * channels_ + c) * pixels + i
+  std::vector<float> samples_;  // channel c of sample s of pixel i at (s * channels_ + c) * order_.size() + i
   std::vector<float> filtered_;  // planes of the tile
   std::vector<float> leaf_;      // the same of the pixels that are reached alone
   std::vector<float> padded_, row_;

@@ -60,6 +60,31 @@ TEST(FixedTile, TakesEverySampleOnceAndSumsTheSameBitsInAnyBatch) {
   }
 }
 
+/// Groups are of the film's grid, whole, and one after the other; what lies beyond the tile is dropped.
+TEST(FixedTile, AsksForWholeGroupsOfNeighbours) {
+  wire::TileResult alone = empty_result(3, 5, 20, 16, 8, 21);
+  FixedTile single(alone);
+  render_all(single, 1024);
+  for (const PixelGroup group : {PixelGroup{2, 2}, {4, 2}, {4, 4}}) {
+    for (const std::size_t batch : {16u, 100u, 1024u}) {
+      wire::TileResult result = empty_result(3, 5, 20, 16, 8, 21);
+      FixedTile film(result, nullptr, group);
+      EXPECT_EQ(film.group().count(), group.count());
+      const std::vector<SampleName> names = render_all(film, batch);
+      const auto count = static_cast<std::size_t>(group.count());
+      ASSERT_EQ(names.size() % count, 0u);
+      for (std::size_t i = 0; i < names.size(); ++i) {
+        const SampleName& first = names[i / count * count];
+        EXPECT_EQ(names[i].x / group.width, first.x / group.width);
+        EXPECT_EQ(names[i].y / group.height, first.y / group.height);
+        EXPECT_EQ(names[i].index, first.index);
+      }
+      EXPECT_EQ(result.values, alone.values) << group.count() << ", batches of " << batch;
+      EXPECT_EQ(result.counts, alone.counts);
+    }
+  }
+}
+
 TEST(FixedTile, APixelIsTheSumOfItsSamples) {
   wire::TileResult result = empty_result(3, 5, 20, 16, 0, 6);
   FixedTile film(result);

@@ -25,15 +25,16 @@ float uniform(const SampleName& name) {
 std::uint64_t rays_of(const SampleName& name) { return name.x < 32 ? 1 : 5; }
 
 Pilot pilot_of(const FilmRect& crop, const PartRequest& part, const Shade& shade, double noise = 0.1,
-               std::vector<SampleName>* all = nullptr) {
+               std::vector<SampleName>* all = nullptr, PixelGroup group = {}) {
   constexpr std::size_t kBatch = 128;
   RenderStats stats;
-  NoisePilot film(crop, 60, 44, part, {noise, 4096}, /*scatters=*/true, 1, stats);
+  NoisePilot film(crop, 60, 44, part, {noise, 4096}, /*scatters=*/true, group, 1, stats);
   std::vector<SampleName> names(kBatch);
   std::vector<float> planes(4 * kBatch);
   while (const std::size_t count = film.next(names)) {
     for (std::size_t i = 0; i < count; ++i) {
-      EXPECT_TRUE(names[i].x < 60 && names[i].y < 44 && names[i].stream > 1);
+      EXPECT_TRUE((names[i].x < 60 && names[i].y < 44) || group.count() > 1);
+      EXPECT_GT(names[i].stream, 1u);
       const CommonPlaces& places = *film.places();
       EXPECT_TRUE(places.x[names[i].index - places.first] < 1 && places.y[names[i].index - places.first] < 1);
       for (std::size_t c = 0; c < 3; ++c) planes[c * kBatch + i] = shade(names[i]);
@@ -61,6 +62,31 @@ TEST(NoisePilot, SeesTheVarianceOfSamples) {
   // times.
   EXPECT_NEAR(error[0] / blocks, 1 / 3.03, 0.16 / 3.03);
   EXPECT_NEAR(error[1] / blocks, 1 / 3.03, 0.16 / 3.03);
+}
+
+/// Neighbours that share light make one half of a block, so noise that they share does not judge itself.
+TEST(NoisePilot, SamplesWholeGroupsOfNeighbours) {
+  for (const PixelGroup group : {PixelGroup{2, 2}, {4, 2}, {4, 4}}) {
+    std::vector<SampleName> all;
+    const auto count = static_cast<std::size_t>(group.count());
+    // What a group shares: of 60 x 44 pixels, those of the first half vary, those of the other do not.
+    std::map<std::uint64_t, std::set<std::uint64_t>> groups_of_block;
+    const auto group_of = [&](const SampleName& name) {
+      return std::uint64_t{name.y / group.height} << 32 | name.x / group.width;
+    };
+    const auto shade = [&](const SampleName& name) {
+      const std::uint64_t block = std::uint64_t{name.y / 8} << 32 | name.x / 8;
+      groups_of_block[block].insert(group_of(name));
+      return 2 * uniform(name);
+    };
+    const Pilot pilot = pilot_of(kFilm, {}, shade, 0.1, &all, group);
+    EXPECT_EQ(pilot.values.size(), 8u * 6);
+    ASSERT_EQ(all.size() % count, 0u);
+    for (std::size_t i = 0; i < all.size(); ++i)
+      EXPECT_EQ(group_of(all[i]), group_of(all[i / count * count]));
+    for (const auto& [block, groups] : groups_of_block) EXPECT_GE(groups.size(), 1u);
+    for (const PilotBlock& block : pilot.values) EXPECT_GT(block.error[0], 0);
+  }
 }
 
 TEST(NoisePilot, SeesNoNoiseInWhatDoesNotVaryWithinPixels) {

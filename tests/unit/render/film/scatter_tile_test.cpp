@@ -136,6 +136,36 @@ TEST(ScatterTile, APixelIsTheWeightedSumOfTheSamplesAroundIt) {
   }
 }
 
+TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
+  const PixelFilterRecord filter = filter_of(FilterKind::kTriangle, 2);
+  const SampleCounts counts{{0, 0, 3, 2}, {8, 12, 8, 16, 8, 12}, false};
+  for (const SampleCounts* const some : {static_cast<const SampleCounts*>(nullptr), &counts}) {
+    wire::TileResult alone = empty_result(1, 2, 19, 13, 0, 16);
+    ScatterTile single(alone, filter, kSeed, some);
+    render(single, rough);
+    for (const PixelGroup group : {PixelGroup{2, 2}, {4, 2}, {4, 4}}) {
+      wire::TileResult result = empty_result(1, 2, 19, 13, 0, 16);
+      ScatterTile film(result, filter, kSeed, some, group);
+      std::vector<SampleName> names(100);
+      std::vector<float> planes(kPlanes * names.size());
+      const auto whole = static_cast<std::size_t>(group.count());
+      while (const std::size_t count = film.next(names)) {
+        ASSERT_EQ(count % whole, 0u);
+        for (std::size_t i = 0; i < count; ++i) {
+          const SampleName& first = names[i / whole * whole];
+          EXPECT_EQ(names[i].x / group.width, first.x / group.width);
+          EXPECT_EQ(names[i].y / group.height, first.y / group.height);
+          EXPECT_EQ(names[i].index, first.index);
+          for (std::size_t c = 0; c < kPlanes; ++c) planes[c * names.size() + i] = rough(names[i], c);
+        }
+        film.add(std::span(names).first(count), planes.data(), names.size());
+      }
+      EXPECT_EQ(result.values, alone.values) << group.count();
+      EXPECT_EQ(result.counts, alone.counts);
+    }
+  }
+}
+
 TEST(ScatterTile, TakesEverySampleOfTileAndBorderOnceInAnyBatch) {
   const PixelFilterRecord filter = filter_of(FilterKind::kTriangle, 2);
   std::vector<float> expected;

@@ -112,6 +112,7 @@ void Wavefront::shade(int depth) {
 
     shading_timer_.lap(ShadingPart::kMaterials);
     if (guide_ != nullptr || recorder_ != nullptr) find_guide(e, events, depth);
+    if (reuse_) note_for_reuse(e, hit, depth);
     const Mask settled = settle(e.path, v, e.hit.t, hit, depth);
     sample_one_light(e, events, settled, depth);
     shading_timer_.lap(ShadingPart::kPaths);
@@ -120,6 +121,12 @@ void Wavefront::shade(int depth) {
     shading_timer_.share(v.surface.material, hit);
   }
   alive_ = kept;
+}
+
+void Wavefront::note_for_reuse(Event& e, Mask hit, int depth) {
+  if (depth == 0) reuse_->at_first(e.vertex, e.path.slot, hit);
+  if (depth == 1) reuse_->at_second(e.vertex, e.path, hit, batch_);
+  if (depth == 2) reuse_->at_third(e.path, hit, batch_);
 }
 
 void Wavefront::find_guide(Event& e, Mask events, int depth) {
@@ -199,6 +206,10 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
   if (scene_.lights.any_interpolated) {
     contribution *=
         interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
+  }
+  if (reuse_ && depth == 1) {
+    const Mask shared = reuse_->share_light(e.path.slot, light.wi, reachable & light.delta, batch_);
+    contribution = select(shared, light.radiance * (1.0f / select(reachable, pdf, 1.0f)), contribution);
   }
   const Mask shines = and_not(reachable, is_black(contribution));
 

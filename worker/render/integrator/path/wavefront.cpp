@@ -6,9 +6,12 @@
 namespace tessera::render::TESSERA_ISA {
 
 bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
+  const int group = work.group().count();
+  if (group > 1 && guide_ == nullptr) reuse_ = std::make_unique<PathReuse>(context_, group);
   while (batch_.start(work, paths_)) {
     if (stop.stop_requested()) return false;
     trace(0, batch_.size());
+    if (reuse_) reuse_->finish(batch_, shadows_);
     batch_.finish(film, max_depth_ > 0);
   }
   return true;
@@ -26,8 +29,11 @@ void Wavefront::advance(int depth) {
     const StageTimer timer(stats_.times, Stage::kTransit);
     transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
   }
+  if (reuse_ && depth == 0) reuse_->begin(paths_, hits_, alive_);
+  if (reuse_ && depth == 1) reuse_->keep_second(paths_, hits_, alive_);
   shade(depth);
   trace_to_lights(depth);
+  if (reuse_ && depth == 1) reuse_->lights_traced(batch_);
   if (recorder_ != nullptr) recorder_->all_found(batch_, paths_, alive_);
 }
 

@@ -7,6 +7,7 @@
 
 #include "render/integrator/guide/guide_recorder.h"
 #include "render/integrator/integrator.h"
+#include "render/integrator/path/path_reuse.h"
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/path_state.h"
@@ -23,7 +24,8 @@ class Wavefront : public Integrator {
   explicit Wavefront(const IntegratorContext& context) : Wavefront(context, context.scene.max_depth) {}
   /// `max_depth`: scattering events on a path; 0 finds what emits, seen from the eye.
   Wavefront(const IntegratorContext& context, std::int32_t max_depth)
-      : scene_(context.scene),
+      : context_(context),
+        scene_(context.scene),
         stats_(context.stats),
         batch_(context),
         rays_(context.rays),
@@ -40,6 +42,7 @@ class Wavefront : public Integrator {
   /// Follows the first `n` paths to their ends; their next event is that of `depth`.
   void trace(int depth, int n);
 
+  const IntegratorContext context_;
   const SceneTables& scene_;
   RenderStats& stats_;
   SampleBatch batch_;
@@ -60,6 +63,7 @@ class Wavefront : public Integrator {
 
   // The steps of shade(), for 16 paths; see shade.cpp.
   struct Event;
+  void note_for_reuse(Event& e, Mask hit, int depth);
   void find_guide(Event& e, Mask events, int depth);
   void add_environment(const Event& e, Mask missed);
   void add_emission(const Event& e, Mask hit);
@@ -87,6 +91,7 @@ class Wavefront : public Integrator {
   ConnectionQueue shadows_;
   Transit transit_;                                    // volumetric scenes only
   const std::unique_ptr<ShadowLayers> shadow_layers_;  // where some layer is of shadows
+  std::unique_ptr<PathReuse> reuse_;                   // where neighbours share light
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,173 @@
+// Neighbouring pixels that share light have the means that they have alone, and less noise.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "support/long_form.h"
+#include "support/picture/scene_file.h"
+
+namespace tessera::test::path_sharing_test {
+namespace {
+
+// A film whose size is no multiple of a group's, and a tile that begins within one.
+constexpr std::uint32_t kWidth = 18, kHeight = 14, kX0 = 3, kY0 = 1;
+constexpr std::size_t kPixels = (kWidth - kX0) * (kHeight - kY0);
+constexpr std::uint32_t kSamples = 4, kDepth = 5;
+
+constexpr const char* kLamp = R"(
+  shapes { sphere { radius: 0.4 } material: 'lamp' area_light { radiance { constant: 5 } }
+           world_from_object { elements: [1,0,0,-2, 0,1,0,1.5, 0,0,1,0, 0,0,0,1] } }
+)";
+
+/// A round room with a point light; what is in it is `things`.
+std::string scene_text(const std::string& things, const std::string& filter) {
+  return absl::StrCat(R"(
+  camera { perspective { fov_degrees: 70 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+  textures { name: 'tiles' checkerboard { mapping { scale_u: 5 scale_v: 3 } } }
+  materials { name: 'walls' diffuse { reflectance { constant { constant: 0.7 } } } }
+  materials { name: 'painted' diffuse { reflectance { texture: 'tiles' } } }
+  materials { name: 'lamp' diffuse { reflectance { constant { constant: 0 } } } }
+  materials { name: 'metal' conductor { reflectance { constant { constant: 0.8 } }
+                                        roughness { u { constant: 0.3 } v { constant: 0.3 } } } }
+  materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.5 } }
+                                               roughness { u { constant: 0.2 } v { constant: 0.2 } } } }
+  materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
+  materials { name: 'both' mix { a: 'metal' b: 'walls' amount { constant: 0.5 } } }
+  lights { point { position { x: 1 y: 2 z: -1 } intensity { constant: 6 } } }
+  shapes { sphere { radius: 5 } material: 'walls' }
+)",
+                      things, "film { width: ", kWidth, " height: ", kHeight, " filter { ", filter, " } }");
+}
+
+std::string ball(const char* material, double x, double y) {
+  return absl::StrCat("shapes { sphere { radius: 0.8 } material: '", material,
+                      "' world_from_object { elements: [1,0,0,", x, ", 0,1,0,", y,
+                      ", 0,0,1,0, 0,0,0,1] } }\n");
+}
+
+/// Means over renders of other seeds, of R and B of each pixel and of the whole, and the variances of
+/// renders.
+struct Values {
+  std::vector<double> mean = std::vector<double>(2 * kPixels + 2), variance = mean;
+
+  double noise() const {
+    double sum = 0;
+    for (std::size_t i = 0; i < 2 * kPixels; ++i) sum += variance[i];
+    return sum;
+  }
+};
+
+Values measure(const std::string& text, v1::PathSharing sharing, int renders) {
+  SceneJob job;
+  job.settings.set_integrator("path");
+  job.settings.set_path_sharing(sharing);
+  job.settings.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
+  job.settings.set_spp(kSamples);
+  job.settings.set_max_depth(kDepth);
+  const auto file = load_scene_text(text, job, render::supported_isas().front());
+  EXPECT_TRUE(file.ok()) << file.status();
+  Values result;
+  if (!file.ok()) return result;
+  for (int i = 0; i < renders; ++i) {
+    render::RenderStats stats;
+    // Neither shares a seed with the other.
+    const std::uint64_t seed = 8 * static_cast<std::uint64_t>(i) + static_cast<std::uint64_t>(sharing);
+    const auto tile = file->scene->render_tile({kX0, kY0, kWidth, kHeight, 0, kSamples, seed}, {}, stats);
+    EXPECT_TRUE(tile.ok()) << tile.status();
+    if (!tile.ok()) break;
+    EXPECT_EQ(stats.dropped_samples, 0u);
+    EXPECT_EQ(stats.samples, kPixels * kSamples);
+    double whole[2] = {};
+    for (std::size_t v = 0; v < result.mean.size(); ++v) {
+      const bool pixel = v < 2 * kPixels;
+      const std::size_t band = pixel ? v / kPixels : v - 2 * kPixels;
+      double value = whole[band] / kPixels;
+      if (pixel) whole[band] += value = tile->values[2 * band * kPixels + v % kPixels] / kSamples;
+      const double step = value - result.mean[v];  // [Welford 1962]
+      result.mean[v] += step / (i + 1);
+      result.variance[v] += step * (value - result.mean[v]);
+    }
+  }
+  for (double& variance : result.variance) variance /= renders - 1;
+  return result;
+}
+
+/// Pixels that share differ from their means together: the sum of squares is held against what a sixteenth as
+/// many independent ones would have.
+void expect_same_means(const Values& a, const Values& b, int renders) {
+  const auto error = [&](std::size_t v) { return std::sqrt((a.variance[v] + b.variance[v]) / renders); };
+  double chi2 = 0;
+  for (std::size_t v = 0; v < 2 * kPixels; ++v) {
+    ASSERT_GT(error(v), 0) << "value " << v;
+    chi2 += std::pow((a.mean[v] - b.mean[v]) / error(v), 2) / (2 * kPixels);
+    // Sums of some hundred skewed renders, 390 values: once in thousands of runs at 5.5 standard errors.
+    EXPECT_NEAR(a.mean[v], b.mean[v], 5.5 * error(v)) << "value " << v;
+  }
+  EXPECT_NEAR(chi2, 1, 5 * std::sqrt(2.0 * 16 / kPixels));
+  for (std::size_t v = 2 * kPixels; v < a.mean.size(); ++v) {
+    EXPECT_NEAR(a.mean[v], b.mean[v], 4.5 * error(v)) << "the whole";
+    EXPECT_LT(error(v), 0.01 * a.mean[v]) << "too noisy to tell anything";
+  }
+}
+
+struct Case {
+  const char* name;
+  std::string things;
+  // Variance alone over that with 8 neighbours: less than half of what was measured. Lamps that first
+  // surfaces see are not shared, and make most of the noise where there is one.
+  double least_gain;
+};
+
+std::vector<Case> cases() {
+  return {{"diffuse", ball("walls", 0.9, -0.5) + ball("painted", -1, 0.4), 1.35},
+          {"glossy", kLamp + ball("metal", 0.9, -0.5) + ball("varnish", -1, 0.4), 1.03},
+          {"mixed", kLamp + ball("both", 0.9, -0.5) + ball("glass", -1, 0.4), 1.03}};
+}
+
+TEST(PathSharing, HasTheSameMeansAndLessNoise) {
+  const int renders = long_form() ? 16384 : 256;
+  for (const char* filter : {"kind: BOX", "kind: TRIANGLE radius_x: 1 radius_y: 1"}) {
+    for (const Case& one : cases()) {
+      const std::string text = scene_text(one.things, filter);
+      const Values alone = measure(text, v1::PATH_SHARING_UNSPECIFIED, renders);
+      for (const v1::PathSharing sharing : {v1::PATH_SHARING_4, v1::PATH_SHARING_8, v1::PATH_SHARING_16}) {
+        SCOPED_TRACE(absl::StrCat(one.name, ", ", filter, ", ", v1::PathSharing_Name(sharing)));
+        const Values shared = measure(text, sharing, renders);
+        expect_same_means(alone, shared, renders);
+        const double gain = alone.noise() / shared.noise();
+        RecordProperty(absl::StrCat("gain_", one.name, "_", v1::PathSharing_Name(sharing)),
+                       std::to_string(gain));
+        if (sharing == v1::PATH_SHARING_8) {
+          EXPECT_GT(gain, one.least_gain);
+        }
+      }
+    }
+  }
+}
+
+/// Scenes in which paths see more than what neighbours have in common keep their bits, and say why.
+TEST(PathSharing, IsLeftOutWherePathsSeeMore) {
+  const std::string text = scene_text(ball("walls", 0.9, -0.5), "kind: BOX") +
+                           " shapes { sphere { radius: 0.5 } material: 'painted' world_from_object_end "
+                           "{ elements: [1,0,0,1, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }";
+  SceneJob job;
+  job.settings.set_spp(kSamples);
+  const auto rendered = [&](v1::PathSharing sharing) {
+    job.settings.set_path_sharing(sharing);
+    auto file = load_scene_text(text, job, render::supported_isas().front());
+    EXPECT_TRUE(file.ok()) << file.status();
+    render::RenderStats stats;
+    const auto tile = file->scene->render_tile({0, 0, kWidth, kHeight, 0, kSamples}, {}, stats);
+    return std::pair(tile->values, file->scene->notes());
+  };
+  const auto alone = rendered(v1::PATH_SHARING_UNSPECIFIED), shared = rendered(v1::PATH_SHARING_8);
+  EXPECT_EQ(alone.first, shared.first);
+  ASSERT_EQ(shared.second.size(), alone.second.size() + 1);
+  EXPECT_EQ(shared.second.back(), "pixels do not share light: the scene has motion");
+}
+
+}  // namespace
+}  // namespace tessera::test::path_sharing_test
