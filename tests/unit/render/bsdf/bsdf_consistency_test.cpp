@@ -90,6 +90,8 @@ TEST(BsdfConsistency, IsReciprocal) {
     // Hair tilts the light of one side only; Disney's glass is not reciprocal.
     if (bsdf.kind == render::BsdfKind::kHair || bsdf.kind == render::BsdfKind::kPrincipledThin) continue;
     if (bsdf.flags & render::kHasInside) continue;
+    // A coat that leans has cosines with its own normal, as bumps have.
+    if (bsdf.upper_normal[2] < 1) continue;
     for (const Direction& a : directions) {
       for (const Direction& b : directions) {
         SCOPED_TRACE(bsdf.name + ", cosines " + std::to_string(a[2]) + " " + std::to_string(b[2]));
