@@ -116,9 +116,9 @@ void expect_same_means(const Values& a, const Values& b, int renders) {
 struct Case {
   const char* name;
   std::string things;
-  // Variance alone over that with 8 neighbours: less than half of the gain that was measured. Lamps that first
-  // surfaces see are not shared, and few bright samples make most of the variance where there is one: there
-  // only a loss would show.
+  // Variance alone over that with 8 neighbours: less than half of the gain that was measured. Lamps that
+  // first surfaces see are not shared, and few bright samples make most of the variance where there is one:
+  // there only a loss would show.
   double least_gain;
 };
 
