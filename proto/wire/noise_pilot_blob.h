@@ -1,4 +1,4 @@
-// What a pilot of a picture's noise found, as workers give it to each other and coordinators show it
+// Findings of a pilot of a picture's noise, as workers give it to each other and coordinators show it
 // [docs/decisions/0060-noise-phase.md].
 #pragma once
 
@@ -33,7 +33,7 @@ struct PilotBlocks {
   const PilotBlock* at(std::uint32_t x, std::uint32_t y) const;
 };
 
-/// As bytes; empty for one without blocks.
+/// Returns the bytes; empty for one without blocks.
 std::string pilot_blob(const PilotBlocks& pilot);
 /// Puts `blob` under `pilot`, which may be empty. False where it is no blob of a pilot, or not of the blocks
 /// that come next.

@@ -76,7 +76,8 @@ class SampleBatch {
     load_lanes(radiance_, i, result);
     return result;
   }
-  Spectrum radiance_of(Int slot) const { return gather_lanes<Spectrum>(radiance_, slot, Mask::all()); }
+  /// The same; black, and counted as dropped, where it is not finite or beyond 1e15.
+  Spectrum summable_radiance(int i);
   /// Takes the radiance of these samples from them.
   Spectrum take_radiance(Int slot, Mask lanes) {
     const Spectrum light = gather_lanes<Spectrum>(radiance_, slot, lanes);
@@ -85,8 +86,6 @@ class SampleBatch {
   }
   /// Sets that of 16 samples from sample i on.
   void set_radiance(Spectrum light, int i) { store_lanes(light, radiance_, i); }
-  /// The same; black, and counted as dropped, where it is not finite or beyond 1e15.
-  Spectrum summable_radiance(int i);
   /// radiance += more, for samples that are all different.
   void add_radiance(Spectrum more, Int slot, Mask lanes);
   /// The same for samples of which several may be one.

@@ -67,7 +67,7 @@ TEST(BsdfConsistency, WeightIsValueOverDensity) {
         EXPECT_NEAR(e.pdf, s.pdf, s.pdf * tolerance);
         for (int c = 0; c < 3; ++c) {
           // Refracted importance is eta^2 times radiance, and so is what is rounded off.
-          // What is large is rounded off in proportion.
+          // Large values are rounded off in proportion.
           const double weight = std::max(1.0, double{s.weight[c]});
           const double size = weight * (importance ? std::max(1.0, double{s.eta * s.eta}) : 1.0);
           EXPECT_NEAR(e.f_cos[c], s.weight[c] * e.pdf, e.pdf * size * (kTolerance + 0.1 * tolerance));

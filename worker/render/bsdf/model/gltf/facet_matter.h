@@ -19,7 +19,7 @@ struct FacetReflectance {
   Spectrum all, dielectric;
 };
 
-/// As one side sees it. Films and dispersion are looked at only where some lane has them.
+/// Seen from one side. Films and dispersion are looked at only where some lane has them.
 struct FacetMatter {
   bool filmed, disperses;
   Mask active, inside;

@@ -59,7 +59,7 @@ struct HalfVector {
     h2 = select(facing, length_squared(h), 1.0f);
     cos_o = oh * (1.0f / sqrt(h2));
   }
-  /// Of reflection, or of refraction as in dielectric.cpp.
+  /// That of reflection, or of refraction as in dielectric.cpp.
   TESSERA_INLINE Float jacobian(Mask refracted) const {
     return select(refracted, 2.0f * abs(oh * ih) / sqr(h2), 0.5f);
   }
@@ -144,7 +144,7 @@ LayeredEval eval_above(const BsdfParams& params, const Layers& layers, Vec3 wo, 
     pdf = select(refracted, dispersed.pdf, pdf);
   }
 
-  // What is even: the base, and light between the facets.
+  // Even light: the base, and light between the facets.
   const Mask outer = and_not(active, layers.inside | refracted);
   const LayerEnergy in = layers.rows.at(zi);
   const Float mean_factor = max(layers.mean_base_factor(), 1e-6f);

@@ -32,7 +32,7 @@ class LayerRows {
     t_ = position - low;
   }
 
-  /// Of light at a cosine to the normal.
+  /// Energies of light at a cosine to the normal.
   TESSERA_INLINE LayerEnergy at(Float cosine) const {
     const Column column(cosine);
     const Int entry = row_ * kLayerColumns + column.index + kLayerRows;
