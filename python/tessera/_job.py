@@ -125,8 +125,9 @@ def make_spec(
         wishes.path_sharing != settings_pb2.PATH_SHARING_OFF
         and integrator in ("path", "volpath")
         and not wishes.layers
+        and "variance" not in aovs
     ):
-        view.path_sharing = settings_pb2.PATH_SHARING_8
+        view.path_sharing = settings_pb2.PATH_SHARING_AUTO
 
     x0, y0, x1, y1 = crop or (0, 0, width, height)
     if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):

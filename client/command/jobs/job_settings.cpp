@@ -160,14 +160,14 @@ absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstructi
   return absl::OkStatus();
 }
 
-/// The same for pixels that share light.
+/// The same for pixels that share light. Who asks for their variance takes their noise to be independent.
 void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSpec& spec) {
   if (wish == v1::PATH_SHARING_OFF) return;
   const bool can = wire::allows_sharing(spec).ok();
   if (wish > v1::PATH_SHARING_OFF) {
     if (!can && request.several_integrators) spec.mutable_view()->clear_path_sharing();
-  } else if (can) {
-    spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_8);
+  } else if (can && std::ranges::find(request.aovs, v1::AOV_VARIANCE) == request.aovs.end()) {
+    spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_AUTO);
   }
 }
 

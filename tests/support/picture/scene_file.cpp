@@ -21,6 +21,9 @@ v1::JobSpec resolve(const v1::Scene& scene, const SceneJob& job) {
   v1::RenderSettings wishes = scene.settings();
   wishes.MergeFrom(job.settings);
   wire::resolve_settings(wishes, spec);
+  // Left to the client in all else.
+  if (job.settings.path_sharing() == v1::PATH_SHARING_AUTO)
+    spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_AUTO);
   spec.mutable_view()->set_width(job.width != 0 ? job.width : scene.film().width());
   spec.mutable_view()->set_height(job.height != 0 ? job.height : scene.film().height());
   if (wire::find_algorithm(spec.content().algorithms().integrator()) != nullptr) wire::add_phases(spec);

@@ -289,10 +289,16 @@ TEST(JobSettings, PixelsShareLightWhereTheIntegratorCanAndNoLayersAreAskedFor) {
     EXPECT_TRUE(job.ok()) << job.status();
     return job.ok() ? (*job)->spec.view().path_sharing() : v1::PATH_SHARING_AUTO;
   };
-  EXPECT_EQ(sharing(), v1::PATH_SHARING_8);
+  EXPECT_EQ(sharing(), v1::PATH_SHARING_AUTO);
   JobSettings request;
   request.noise = 0.1;
-  EXPECT_EQ(sharing(request), v1::PATH_SHARING_8);
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_AUTO);
+  request = {};
+  request.aovs = {v1::AOV_VARIANCE};
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+  request = {};
+  request.denoise = DenoiseMethod::kStatistical;
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_AUTO);
   request = {};
   request.path_sharing = v1::PATH_SHARING_OFF;
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
 #include "render/build/noise_phase.h"
 #include "render/build/scene_content.h"
+#include "render/build/sharing_pilot.h"
 #include "render/build/view/layers.h"
 #include "render/build/view/path_mutations.h"
 #include "render/film/fixed_tile.h"
@@ -155,9 +158,14 @@ class BuiltScene final : public RenderScene {
 
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes = content_->notes;
-    if (sharing_ != 0 && !unshared_because().empty())
+    if (sharing_ != 0 && !unshared_because().empty()) {
       notes.push_back(
           absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because())));
+    }
+    if (too_little_by_sharing_) {
+      notes.push_back(absl::StrFormat("pixels do not share light: a pilot finds %.2f times the efficiency",
+                                      *too_little_by_sharing_));
+    }
     return notes;
   }
 
@@ -200,8 +208,8 @@ class BuiltScene final : public RenderScene {
       if (!layers.ok()) return layers.status();
       self->tables_.layers = *std::move(layers);
     }
-    self->find_group();
     self->prepare_alone();
+    self->find_group();
     return self;
   }
 
@@ -229,9 +237,30 @@ class BuiltScene final : public RenderScene {
 
   void find_group() {
     if (!unshared_because().empty() || tables_.max_depth < 2) return;
-    if (sharing_ == v1::PATH_SHARING_4) group_ = {2, 2};
-    if (sharing_ == v1::PATH_SHARING_8) group_ = {4, 2};
-    if (sharing_ == v1::PATH_SHARING_16) group_ = {4, 4};
+    // Spread, so that neighbours that a filter weighs together are of several groups.
+    constexpr std::uint32_t kStep = 2;
+    switch (sharing_) {
+      case v1::PATH_SHARING_4:
+        group_ = {2, 2, kStep};
+        break;
+      case v1::PATH_SHARING_AUTO:
+      case v1::PATH_SHARING_8:
+        group_ = {4, 2, kStep};
+        break;
+      case v1::PATH_SHARING_16:
+        group_ = {4, 4, kStep};
+        break;
+      default:
+        return;
+    }
+    if (sharing_ != v1::PATH_SHARING_AUTO) return;
+    const SharingPilot pilot =
+        make_sharing_pilot(algorithm_, tables_, *content_->rays, prepared_alone_.get(), scatters(), group_);
+    // Whole groups at borders of tiles cost some percent.
+    constexpr double kLeastGain = 1.05;
+    if (pilot.gain() >= kLeastGain) return;
+    group_ = {};
+    too_little_by_sharing_ = pilot.gain();
   }
 
   /// What an algorithm without phases makes of the scene alone.
@@ -326,6 +355,7 @@ class BuiltScene final : public RenderScene {
   const bool may_scatter_;
   const v1::PathSharing sharing_;
   PixelGroup group_;  // of neighbours that share light
+  std::optional<double> too_little_by_sharing_;
   SceneTables tables_;
   std::unique_ptr<const Prepared> prepared_alone_;
 };

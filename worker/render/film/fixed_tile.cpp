@@ -1,9 +1,10 @@
 #include "render/film/fixed_tile.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <iterator>
+
+#include "render/film/pixel_order.h"
 
 namespace tessera::render {
 
@@ -14,57 +15,33 @@ constexpr std::uint32_t kTogether = 4;
 
 }  // namespace
 
-std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
-  std::vector<std::uint32_t> order;
-  order.reserve(std::size_t{width} * height);
-  const std::uint32_t side = std::bit_ceil(std::max({width, height, 1u}));
-  const auto every_second_bit = [](std::uint64_t code) {
-    code &= 0x5555555555555555;
-    code = (code | code >> 1) & 0x3333333333333333;
-    code = (code | code >> 2) & 0x0f0f0f0f0f0f0f0f;
-    code = (code | code >> 4) & 0x00ff00ff00ff00ff;
-    code = (code | code >> 8) & 0x0000ffff0000ffff;
-    return static_cast<std::uint32_t>(code | code >> 16);
-  };
-  for (std::uint64_t code = 0; code < std::uint64_t{side} * side; ++code) {
-    const std::uint32_t x = every_second_bit(code), y = every_second_bit(code >> 1);
-    if (x < width && y < height) order.push_back(y * width + x);
-  }
-  return order;
-}
-
 FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts, PixelGroup group)
     : result_(result),
       group_pixels_(group),
       channels_(static_cast<std::size_t>(
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
       sums_(result) {
-  // Whole groups. Of a Z-order curve from one of their corners on, each is a part.
   const std::uint32_t width = rect().width(), height = result.y1 - result.y0;
-  const std::uint32_t pad_x = result.x0 % group.width, pad_y = result.y0 % group.height;
-  const auto whole = [](std::uint32_t pixels, std::uint32_t side) {
-    return (pixels + side - 1) / side * side;
-  };
-  const std::uint32_t stride = whole(pad_x + width, group.width);
-  std::vector<std::uint32_t> order = z_order(stride, whole(pad_y + height, group.height));
   const std::uint32_t all = result.sample_end - result.sample_begin;
-  const auto place_of = [&](std::uint32_t i) {
-    return SampleName{result.x0 - pad_x + i % stride, result.y0 - pad_y + i / stride, 0, 0};
+  const std::vector<PixelPlace> pixels = groups_in(result.x0, result.y0, width, height, group);
+  // Pixels of a group take the same number of samples.
+  const auto samples_of = [&](std::size_t first) {
+    return counts == nullptr
+               ? all
+               : std::min(all, counts->at(result.x0 + pixels[first].x, result.y0 + pixels[first].y));
   };
-  const auto samples_of = [&](std::uint32_t i) {
-    const SampleName place = place_of(i);
-    return counts == nullptr ? all : std::min(all, counts->at(place.x, place.y));
-  };
-  if (counts != nullptr) std::ranges::stable_sort(order, {}, samples_of);
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const SampleName place = place_of(order[i]);
-    const std::uint32_t samples = samples_of(order[i]);
-    const bool own =
-        place.x >= result.x0 && place.x < result.x1 && place.y >= result.y0 && place.y < result.y1;
-    order_.push_back(own ? (place.y - result.y0) * width + (place.x - result.x0) : kBeyond);
-    places_.push_back(place);
-    if (groups_.empty() || groups_.back().samples != samples) groups_.push_back({i, samples});
-    groups_.back().end = i + 1;
+  const auto size = static_cast<std::size_t>(group.count());
+  std::vector<std::size_t> firsts;
+  for (std::size_t first = 0; first < pixels.size(); first += size) firsts.push_back(first);
+  if (counts != nullptr) std::ranges::stable_sort(firsts, {}, samples_of);
+  for (const std::size_t first : firsts) {
+    for (const auto [x, y] : std::span(pixels).subspan(first, size)) {
+      order_.push_back(x < width && y < height ? y * width + x : kBeyond);
+      places_.push_back({result.x0 + x, result.y0 + y, 0, 0});
+    }
+    const std::uint32_t samples = samples_of(first);
+    if (groups_.empty() || groups_.back().samples != samples) groups_.push_back({0, samples});
+    groups_.back().end = order_.size();
   }
   std::ranges::reverse(groups_);
 }

@@ -49,7 +49,4 @@ class FixedTile final : public SampleSource, public Film {
   std::vector<float> planes_;          // samples of those alone
 };
 
-/// The pixels of a rectangle (indices, rows from the top) so that runs of 16, 64, 256 are squares.
-std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height);
-
 }  // namespace tessera::render

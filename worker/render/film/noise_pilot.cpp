@@ -8,7 +8,7 @@
 
 #include "base/split_mix.h"
 #include "render/film/common_places.h"
-#include "render/film/fixed_tile.h"
+#include "render/film/pixel_order.h"
 #include "wire/limits.h"
 
 namespace tessera::render {
@@ -66,28 +66,29 @@ NoisePilot::NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint
   if (scatters_) make_places(seed);
 }
 
-/// The first groups along a Z-order curve whose bits are reversed are evenly spread, and so are those that
+/// The first groups in an order whose bits are reversed are evenly spread, and so are those that
 /// follow: the halves of a block.
 void NoisePilot::open_block(std::uint32_t block, std::uint32_t film_width, std::uint32_t film_height) {
   const std::uint32_t x = blocks_.x0 + block % blocks_.width(), y = blocks_.y0 + block / blocks_.width();
   opened_[block].begin = pixels_.size();
   const auto turned = static_cast<std::uint32_t>(base::split_mix(std::uint64_t{y} << 32 | x));
-  const auto group = static_cast<std::uint32_t>(group_.count());
-  const int inner = std::countr_zero(group), bits = std::countr_zero(kBlockPixels);
+  const std::vector<PixelPlace> places =
+      groups_in(x * kNoiseBlock, y * kNoiseBlock, kNoiseBlock, kNoiseBlock, group_);
+  const auto size = static_cast<std::uint32_t>(group_.count());
+  const auto groups = static_cast<std::uint32_t>(places.size() / size);
+  const int bits = std::countr_zero(groups);
   std::uint32_t number = 0;
-  for (std::uint32_t first = 0; first < kBlockPixels && number < pixels_of_block_; first += group) {
+  for (std::uint32_t i = 0; i < groups && number < pixels_of_block_; ++i) {
+    std::uint32_t group = 0;
+    for (int k = 0; k < bits; ++k) group |= ((i ^ turned) >> k & 1) << (bits - 1 - k);
     const std::size_t begin = pixels_.size();
-    for (std::uint32_t i = first; i < first + group; ++i) {
-      const std::uint32_t code = i ^ turned;
-      std::uint32_t place = code & (group - 1);
-      for (int k = inner; k < bits; ++k) place |= (code >> k & 1) << (bits - 1 - (k - inner));
-      const auto bit = [place](std::uint32_t from, std::uint32_t to) { return (place >> from & 1) << to; };
-      const std::uint32_t px = x * kNoiseBlock + (bit(0, 0) | bit(2, 1) | bit(4, 2));
-      const std::uint32_t py = y * kNoiseBlock + (bit(1, 0) | bit(3, 1) | bit(5, 2));
-      pixels_.push_back({block, px, py, number + i - first, px < film_width && py < film_height, {}});
+    for (std::uint32_t k = 0; k < size; ++k) {
+      const PixelPlace& place = places[group * size + k];
+      const std::uint32_t px = x * kNoiseBlock + place.x, py = y * kNoiseBlock + place.y;
+      pixels_.push_back({block, px, py, number + k, px < film_width && py < film_height, {}});
     }
     if (std::ranges::any_of(std::span(pixels_).subspan(begin), &Pixel::in_film)) {
-      number += group;
+      number += size;
     } else {
       pixels_.resize(begin);
     }

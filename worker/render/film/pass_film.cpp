@@ -6,7 +6,7 @@
 #include <numeric>
 
 #include "render/film/filter_value.h"
-#include "render/film/fixed_tile.h"
+#include "render/film/pixel_order.h"
 #include "wire/halves.h"
 
 namespace tessera::render {

@@ -22,11 +22,15 @@ struct CommonPlaces {
   const float *x, *y;
 };
 
-/// A rectangle of pixels on the film's grid, which its size divides: sides of 1, 2 or 4.
+/// Pixels of the film's grid, `width` in a row and `height` rows, every `step`-th one each way: step x step
+/// groups lie in one cell. Sizes of cells divide wire::kNoiseBlock.
 struct PixelGroup {
-  std::uint32_t width = 1, height = 1;
+  std::uint32_t width = 1, height = 1, step = 1;
 
   int count() const { return static_cast<int>(width * height); }
+  /// Pixel `i` from the group's first one.
+  std::uint32_t x(std::uint32_t i) const { return i % width * step; }
+  std::uint32_t y(std::uint32_t i) const { return i / width * step; }
 };
 
 /// Says what is to be sampled next.

@@ -7,7 +7,7 @@
 
 #include "render/film/common_places.h"
 #include "render/film/filter_value.h"
-#include "render/film/fixed_tile.h"
+#include "render/film/pixel_order.h"
 
 namespace tessera::render {
 
@@ -133,25 +133,23 @@ void ScatterTile::begin_group() {
 /// none of its own have numbers beyond.
 void ScatterTile::order_pixels(const std::vector<std::uint32_t>& number_of) {
   const std::uint32_t left = result_.x0 - reach_x_, top = result_.y0 - reach_y_;  // modulo 2^32
-  const std::uint32_t pad_x = left % group_pixels_.width, pad_y = top % group_pixels_.height;
-  const std::uint32_t columns = (pad_x + width_ + group_pixels_.width - 1) / group_pixels_.width;
-  const std::uint32_t rows = (pad_y + height_ + group_pixels_.height - 1) / group_pixels_.height;
   const auto number_at = [&](std::uint32_t x, std::uint32_t y) {
     return x < width_ && y < height_ ? number_of[std::size_t{y} * width_ + x] : kNone;
   };
   order_.clear();
   places_.clear();
   auto beyond = static_cast<std::uint32_t>(groups_[group_].size);
-  std::vector<std::uint32_t> numbers(static_cast<std::size_t>(group_pixels_.count()));
-  for (const std::uint32_t neighbours : z_order(columns, rows)) {
-    const std::uint32_t x0 = neighbours % columns * group_pixels_.width - pad_x;
-    const std::uint32_t y0 = neighbours / columns * group_pixels_.height - pad_y;
-    for (std::uint32_t i = 0; i < numbers.size(); ++i)
-      numbers[i] = number_at(x0 + i % group_pixels_.width, y0 + i / group_pixels_.width);
+  const auto size = static_cast<std::size_t>(group_pixels_.count());
+  const std::vector<PixelPlace> pixels = groups_in(left, top, width_, height_, group_pixels_);
+  std::vector<std::uint32_t> numbers(size);
+  for (std::size_t first = 0; first < pixels.size(); first += size) {
+    const std::span<const PixelPlace> group(&pixels[first], size);
+    std::ranges::transform(group, numbers.begin(),
+                           [&](const PixelPlace& place) { return number_at(place.x, place.y); });
     if (std::ranges::all_of(numbers, [](std::uint32_t number) { return number == kNone; })) continue;
-    for (std::uint32_t i = 0; i < numbers.size(); ++i) {
+    for (std::size_t i = 0; i < size; ++i) {
       order_.push_back(numbers[i] == kNone ? beyond++ : numbers[i]);
-      places_.push_back({left + x0 + i % group_pixels_.width, top + y0 + i / group_pixels_.width, 0, 0});
+      places_.push_back({left + group[i].x, top + group[i].y, 0, 0});
     }
   }
 }

@@ -8,6 +8,7 @@
 
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
+#include "unit/render/film/pixel_groups.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::render {
@@ -65,7 +66,8 @@ TEST(FixedTile, AsksForWholeGroupsOfNeighbours) {
   wire::TileResult alone = empty_result(3, 5, 20, 16, 8, 21);
   FixedTile single(alone);
   render_all(single, 1024);
-  for (const PixelGroup group : {PixelGroup{2, 2}, {4, 2}, {4, 4}}) {
+  for (const PixelGroup group : test::kGroups) {
+    const test::GroupMap groups(group);
     for (const std::size_t batch : {16u, 100u, 1024u}) {
       wire::TileResult result = empty_result(3, 5, 20, 16, 8, 21);
       FixedTile film(result, nullptr, group);
@@ -75,8 +77,7 @@ TEST(FixedTile, AsksForWholeGroupsOfNeighbours) {
       ASSERT_EQ(names.size() % count, 0u);
       for (std::size_t i = 0; i < names.size(); ++i) {
         const SampleName& first = names[i / count * count];
-        EXPECT_EQ(names[i].x / group.width, first.x / group.width);
-        EXPECT_EQ(names[i].y / group.height, first.y / group.height);
+        EXPECT_EQ(groups.of(names[i]), groups.of(first));
         EXPECT_EQ(names[i].index, first.index);
       }
       EXPECT_EQ(result.values, alone.values) << group.count() << ", batches of " << batch;

@@ -10,6 +10,7 @@
 #include <set>
 
 #include "base/split_mix.h"
+#include "unit/render/film/pixel_groups.h"
 
 namespace tessera::render::noise_pilot_test {
 namespace {
@@ -66,13 +67,12 @@ TEST(NoisePilot, SeesTheVarianceOfSamples) {
 
 /// Neighbours that share light make one half of a block, so noise that they share does not judge itself.
 TEST(NoisePilot, SamplesWholeGroupsOfNeighbours) {
-  for (const PixelGroup group : {PixelGroup{2, 2}, {4, 2}, {4, 4}}) {
+  for (const PixelGroup group : test::kGroups) {
     std::vector<SampleName> all;
     const auto count = static_cast<std::size_t>(group.count());
     std::map<std::uint64_t, std::set<std::uint64_t>> groups_of_block;
-    const auto group_of = [&](const SampleName& name) {
-      return std::uint64_t{name.y / group.height} << 32 | name.x / group.width;
-    };
+    const test::GroupMap map(group);
+    const auto group_of = [&](const SampleName& name) { return map.of(name); };
     const auto shade = [&](const SampleName& name) {
       const std::uint64_t block = std::uint64_t{name.y / 8} << 32 | name.x / 8;
       groups_of_block[block].insert(group_of(name));

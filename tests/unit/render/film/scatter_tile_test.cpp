@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "render/film/filter_value.h"
+#include "unit/render/film/pixel_groups.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::render::scatter_tile_test {
@@ -143,7 +144,8 @@ TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
     wire::TileResult alone = empty_result(1, 2, 19, 13, 0, 16);
     ScatterTile single(alone, filter, kSeed, some);
     render(single, rough);
-    for (const PixelGroup group : {PixelGroup{2, 2}, {4, 2}, {4, 4}}) {
+    for (const PixelGroup group : test::kGroups) {
+      const test::GroupMap groups(group);
       wire::TileResult result = empty_result(1, 2, 19, 13, 0, 16);
       ScatterTile film(result, filter, kSeed, some, group);
       std::vector<SampleName> names(100);
@@ -153,8 +155,7 @@ TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
         ASSERT_EQ(count % whole, 0u);
         for (std::size_t i = 0; i < count; ++i) {
           const SampleName& first = names[i / whole * whole];
-          EXPECT_EQ(names[i].x / group.width, first.x / group.width);
-          EXPECT_EQ(names[i].y / group.height, first.y / group.height);
+          EXPECT_EQ(groups.of(names[i]), groups.of(first));
           EXPECT_EQ(names[i].index, first.index);
           for (std::size_t c = 0; c < kPlanes; ++c) planes[c * names.size() + i] = rough(names[i], c);
         }

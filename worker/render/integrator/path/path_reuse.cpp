@@ -27,7 +27,7 @@ TESSERA_INLINE Mask has(Int bits, std::int32_t some) { return (bits & Int(some))
 PathReuse::PathReuse(const IntegratorContext& context, int group)
     : scene_(context.scene), rays_(context.rays), stats_(context.stats), group_(group) {
   const std::size_t pairs = pair(group, 0);
-  for (Pairs* one : {&pdf_, &pdf_on_}) one->resize(pairs);
+  for (Pairs* one : {&pdf_, &pdf_light_, &pdf_on_}) one->resize(pairs);
   for (SpectrumPairs* each : {&weight_, &of_light_, &of_on_}) {
     for (Pairs& one : each->c) one.resize(pairs);
   }
@@ -118,15 +118,28 @@ void PathReuse::at_third(WidePath& path, Mask hit, SampleBatch& batch) {
   begin_anew(path, lanes);
 }
 
-Mask PathReuse::share_light(Int slot, Vec3 wi, Mask delta, SampleBatch& batch) {
-  const Int shared = gather(shared_, slot, delta);
-  const Mask lanes = delta & has(shared, kGlossy);
-  if (none(lanes)) return lanes;
+Mask PathReuse::share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, SampleBatch& batch) {
+  const Int shared = gather(shared_, slot, lanes);
+  const Mask taken = lanes & has(shared, kGlossy);
+  if (none(taken)) return taken;
   any_shared_ = true;
-  scatter(shared | Int(kLight), shared_, slot, lanes);
-  scatter_lanes(wi, to_light_, slot, lanes);
-  set_apart(slot, lanes, batch);
-  return lanes;
+  scatter(shared | select(delta, Int(kLight | kDelta), Int(kLight)), shared_, slot, taken);
+  scatter_lanes(wi, to_light_, slot, taken);
+  scatter(pdf, light_pdf_, slot, taken);
+  set_apart(slot, taken, batch);
+  return taken;
+}
+
+Mask PathReuse::share_emission(const WidePath& path, Spectrum radiance, Float by_lights, Mask lanes) {
+  const Int shared = gather(shared_, path.slot, lanes);
+  const Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
+  if (none(taken)) return taken;
+  any_shared_ = true;
+  scatter(shared | Int(kFound), shared_, path.slot, taken);
+  scatter_lanes(path.direction, on_, path.slot, taken);
+  scatter_lanes(radiance, found_, path.slot, taken);
+  scatter(by_lights, found_pdf_, path.slot, taken);
+  return taken;
 }
 
 void PathReuse::lights_traced(SampleBatch& batch) {
@@ -159,15 +172,17 @@ void PathReuse::collect(int first, SampleBatch& batch) {
   const Mask active = Mask::first(size_ - first);
   const Int shared = select(active, Int::load(shared_ + first), Int(0));
   const Spectrum rest = batch.radiance(first);
-  Spectrum own, light;
+  Spectrum own, light, found;
   load_lanes(own_, first, own);
   load_lanes(light_, first, light);
-  const Mask suffix = has(shared, kEven | kBeyond), sampled = has(shared, kLight);
+  load_lanes(found_, first, found);
+  const Mask suffix = has(shared, kEven | kBeyond), sampled = has(shared, kLight), met = has(shared, kFound);
   store_lanes(select(suffix, rest, Spectrum(0.0f)), suffix_, first);
   store_lanes(select(sampled, light, Spectrum(0.0f)), light_, first);
   batch.set_radiance(own + select(suffix, Spectrum(0.0f), rest), first);
   const Int bits = select(and_not(suffix, is_black(rest)), shared & Int(kEven | kBeyond), Int(0)) |
-                   select(and_not(sampled, is_black(light)), Int(kLight), Int(0));
+                   select(and_not(sampled, is_black(light)), shared & Int(kLight | kDelta), Int(0)) |
+                   select(and_not(met, is_black(found)), Int(kFound), Int(0));
   bits.store(shared_ + first);
 }
 
@@ -220,16 +235,17 @@ void PathReuse::join(int first, const SampleBatch& batch, ConnectionQueue& queue
     for (int c = 0; c < kSpectrumLanes; ++c)
       weight.c[c].store_unaligned(weight_.c[c].data() + pair(step, first));
   }
-  const Mask glossy = has(shared, kLight | kBeyond);
+  const Mask glossy = has(shared, kLight | kFound | kBeyond);
   if (none(glossy)) return;
   const Vertex second = vertex_at(origin_[1], direction_[1], hits_[1], 1, first, batch, glossy);
-  if (any(has(shared, kLight))) scatter_back(first, second, to_light_, Int(kLight), of_light_, nullptr);
-  if (any(has(shared, kBeyond))) scatter_back(first, second, on_, Int(kBeyond), of_on_, &pdf_on_);
+  if (any(has(shared, kLight))) scatter_back(first, second, to_light_, Int(kLight), of_light_, pdf_light_);
+  if (any(has(shared, kFound | kBeyond)))
+    scatter_back(first, second, on_, Int(kFound | kBeyond), of_on_, pdf_on_);
 }
 
 /// From second surfaces that share `which` to the first ones of all of their group, of light along `wi`.
 void PathReuse::scatter_back(int first, const Vertex& second, const Vec3Lanes& wi, Int which,
-                             SpectrumPairs& value, Pairs* pdf) const {
+                             SpectrumPairs& value, Pairs& pdf) const {
   const Int slot = Int::iota(first);
   const Mask lanes = (Int::load(shared_ + first) & which) != 0;
   Vec3 along, ng, ns;
@@ -244,7 +260,7 @@ void PathReuse::scatter_back(int first, const Vertex& second, const Vec3Lanes& w
     const Int at = to + step * kPadded;
     for (int c = 0; c < kSpectrumLanes; ++c)
       scatter(select_or_zero(seen, bsdf.f_cos.c[c]), value.c[c].data(), at, lanes);
-    if (pdf != nullptr) scatter(select_or_zero(seen, bsdf.pdf), pdf->data(), at, lanes);
+    scatter(select_or_zero(seen, bsdf.pdf), pdf.data(), at, lanes);
   }
 }
 
@@ -257,47 +273,61 @@ void PathReuse::trace(ConnectionQueue& queue) {
   queue.size = 0;
 }
 
+/// The density with which BSDF samples of any of the group find what these samples have found in a direction
+/// at their second surface, of which `value` and `pdf` are.
+Float PathReuse::density_along(int first, Mask lanes, const SpectrumPairs& value, const Pairs& pdf) const {
+  Float sum(0.0f);
+  if (none(lanes)) return sum;
+  for (int step = 0; step < group_; ++step) {
+    const Int from = Int::iota(first) ^ Int(step);
+    // A path ends, too, where its two surfaces have no band in common.
+    Mask goes_on = Mask::none();
+    for (int c = 0; c < kSpectrumLanes; ++c)
+      goes_on |= load(weight_.c[c], step, from) * load(value.c[c], step, from) > 0.0f;
+    sum = fma(load(pdf_, step, from), select_or_zero(lanes & goes_on, load(pdf, step, from)), sum);
+  }
+  return sum;
+}
+
 void PathReuse::hand_out(int first, SampleBatch& batch) const {
   const Int slot = Int::iota(first), shared = Int::load(shared_ + first);
   // Densities with which any of the group finds what these samples have found.
-  Float point(0.0f), on(0.0f);
-  const Mask beyond = has(shared, kBeyond);
-  for (int step = 0; step < group_; ++step) {
-    const Float pdf = load(pdf_, step, slot ^ Int(step));
-    point = point + pdf;
-    if (none(beyond)) continue;
-    // A path ends, too, where its two surfaces have no band in common.
-    const Int from = slot ^ Int(step);
-    Mask goes_on = Mask::none();
-    for (int c = 0; c < kSpectrumLanes; ++c)
-      goes_on |= load(weight_.c[c], step, from) * load(of_on_.c[c], step, from) > 0.0f;
-    on = fma(pdf, select_or_zero(beyond & goes_on, load(pdf_on_, step, from)), on);
-  }
+  Float point(0.0f);
+  for (int step = 0; step < group_; ++step) point = point + load(pdf_, step, slot ^ Int(step));
+  const Mask beyond = has(shared, kBeyond), sampled = has(shared, kLight);
+  const Float on = density_along(first, beyond | has(shared, kFound), of_on_, pdf_on_);
+  const Float along = density_along(first, and_not(sampled, has(shared, kDelta)), of_light_, pdf_light_);
   const auto inverse = [](Float density) {
     return select_or_zero(density > 0.0f, 1.0f / max(density, 1e-37f));
   };
-  alignas(64) float of_suffix[kWidth], of_light[kWidth];
+  alignas(64) float of_suffix[kWidth], of_light[kWidth], of_found[kWidth];
   inverse(select(beyond, on, point)).store(of_suffix);
-  inverse(point).store(of_light);
+  inverse(fma(point, Float::load(light_pdf_ + first), along)).store(of_light);
+  inverse(fma(point, Float::load(found_pdf_ + first), on)).store(of_found);
 
   // All partners are of this packet.
   Spectrum sum = batch.radiance(first);
   for (int step = 0; step < group_; ++step) {
     const Int partner = slot ^ Int(step), lane = partner - first;
-    const Mask found = load(pdf_, step, slot) > 0.0f;
-    const Int what = gather(shared_, partner, found);
-    const Mask any_suffix = found & has(what, kEven | kBeyond), light = found & has(what, kLight);
-    const Mask on_lanes = found & has(what, kBeyond);
-    const Float f_suffix = gather(of_suffix, lane), f_light = gather(of_light, lane);
+    const Mask seen = load(pdf_, step, slot) > 0.0f;
+    const Int what = gather(shared_, partner, seen);
+    const Mask suffix = seen & has(what, kEven | kBeyond), light = seen & has(what, kLight),
+               found = seen & has(what, kFound), on_lanes = seen & has(what, kBeyond);
+    const Float f_suffix = gather(of_suffix, lane), f_light = gather(of_light, lane),
+                f_found = gather(of_found, lane);
     for (int c = 0; c < kSpectrumLanes; ++c) {
-      Float back = gather(suffix_.c[c], partner, any_suffix) * f_suffix;
+      Float back = gather(suffix_.c[c], partner, suffix) * f_suffix;
       if (any(on_lanes)) back = select(on_lanes, back * load(of_on_.c[c], step, slot), back);
-      back = select_or_zero(any_suffix, back);
-      if (any(light)) {
-        const Float more = gather(light_.c[c], partner, light) * f_light * load(of_light_.c[c], step, slot);
-        back = back + select_or_zero(light, more);
-      }
-      sum.c[c] = sum.c[c] + select_or_zero(found, load(weight_.c[c], step, slot) * back);
+      back = select_or_zero(suffix, back);
+      const auto add = [&](const Lanes<float>& radiance, Float factor, const SpectrumPairs& value,
+                           Mask lanes) {
+        if (none(lanes)) return;
+        const Float more = gather(radiance, partner, lanes) * factor * load(value.c[c], step, slot);
+        back = back + select_or_zero(lanes, more);
+      };
+      add(light_.c[c], f_light, of_light_, light);
+      add(found_.c[c], f_found, of_on_, found);
+      sum.c[c] = sum.c[c] + select_or_zero(seen, load(weight_.c[c], step, slot) * back);
     }
   }
   batch.set_radiance(sum, first);

@@ -5,9 +5,10 @@
 // itself.
 //
 // A second surface that scatters evenly shares all that its path finds from there on. Another one shares the
-// light of its sample of a delta light, and what the surface that its path meets next sends back: then its
-// BSDF is evaluated towards each neighbour, and the heuristic goes over the direction as well. What is left
-// (lamps that BSDF samples find, too) remains the path's own.
+// light of its sample of a light, what its path meets next and emits, and what is sent back there: its BSDF
+// is evaluated towards each neighbour, and the heuristic goes over the direction as well. A lamp or the sky
+// may be found by either sample, so both densities count. Parts are told apart by where light comes from;
+// each has one set of estimators.
 #pragma once
 
 #include <cstdint>
@@ -34,17 +35,27 @@ class PathReuse {
   void at_first(const Vertex& v, Int slot, Mask hit);
   void at_second(const Vertex& v, WidePath& path, Mask hit, SampleBatch& batch);
   void at_third(WidePath& path, Mask hit, SampleBatch& batch);
-  /// Lanes whose second surface shares the light of a delta light that shines on it along `wi`: it is not to
-  /// be scattered there.
-  Mask share_light(Int slot, Vec3 wi, Mask delta, SampleBatch& batch);
-  /// That light has come.
+  /// Lanes whose second surface shares the light that was sampled along `wi`, with density `pdf`: what is
+  /// sent to it is neither scattered there nor weighed.
+  Mask share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, SampleBatch& batch);
+  /// Lanes whose second surface shares what comes from a lamp or the sky that the path has met, which samples
+  /// of lights find with density `by_lights`: it is not the sample's own.
+  Mask share_emission(const WidePath& path, Spectrum radiance, Float by_lights, Mask lanes);
+  /// Sampled light has come.
   void lights_traced(SampleBatch& batch);
   /// The paths have ended: hands out what is shared. `queue` is empty, before and after.
   void finish(SampleBatch& batch, ConnectionQueue& queue);
 
  private:
   /// What the second surface of a sample shares.
-  enum Shared : std::int32_t { kEven = 1, kLight = 2, kBeyond = 4, kGlossy = 8 /* may do the last two */ };
+  enum Shared : std::int32_t {
+    kEven = 1,    // all
+    kGlossy = 2,  // or some of what follows:
+    kLight = 4,   // light of a sampled light ...
+    kDelta = 8,   // ... which nothing else finds
+    kFound = 16,  // what the third surface, or the sky, emits
+    kBeyond = 32  // what the third surface sends back
+  };
 
   /// Values of pairs of samples i and i ^ step, at pair(step, i).
   using Pairs = std::vector<float>;
@@ -63,7 +74,8 @@ class PathReuse {
   void collect(int first, SampleBatch& batch);
   void join(int first, const SampleBatch& batch, ConnectionQueue& queue);
   void scatter_back(int first, const Vertex& second, const Vec3Lanes& wi, Int which, SpectrumPairs& value,
-                    Pairs* pdf) const;
+                    Pairs& pdf) const;
+  Float density_along(int first, Mask lanes, const SpectrumPairs& value, const Pairs& pdf) const;
   void trace(ConnectionQueue& queue);
   void hand_out(int first, SampleBatch& batch) const;
 
@@ -80,16 +92,17 @@ class PathReuse {
   Vec3Lanes p_, ng_, ns_;  // second surfaces, seen from where the path came
   Lanes<float> error_;
   alignas(64) Lanes<std::int32_t> shared_;  // bits of Shared
-  Vec3Lanes to_light_, on_;                 // kLight, kBeyond: directions in which the path went
+  Vec3Lanes to_light_, on_;                 // to the sampled light, and in which the path went
   SpectrumLanes own_;                       // radiance that is the sample's alone, as far as it is set apart
-  SpectrumLanes light_;                     // kLight: what comes along to_light_
-  SpectrumLanes suffix_;                    // kEven: what is sent back; kBeyond: what comes along on_
+  SpectrumLanes light_, found_;             // kLight, kFound: what comes along to_light_ and on_
+  alignas(64) Lanes<float> light_pdf_, found_pdf_;  // with which samples of lights find that
+  SpectrumLanes suffix_;                            // kEven: what is sent back; kBeyond: what comes along on_
   // Pairs: the first surface of i, the second one of its partner
-  Pairs pdf_;               // by area of the second surface; 0: not found from there
-  SpectrumPairs weight_;    // of light that is sent back there
-  SpectrumPairs of_light_;  // factors at the second surface: of light_
-  SpectrumPairs of_on_;     // ... and of suffix_ along on_
-  Pairs pdf_on_;            // of that direction, for a path from the first surface
+  Pairs pdf_;             // by area of the second surface; 0: not found from there
+  SpectrumPairs weight_;  // of light that is sent back there
+  // For directions to_light_ and on_ at the second surface, seen from the first: factors and densities
+  SpectrumPairs of_light_, of_on_;
+  Pairs pdf_light_, pdf_on_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -85,12 +85,12 @@ void Wavefront::shade(int depth) {
     e.reference.roughly = depth - 1 >= kFirstRoughEvent && !scene_.volumetric;
     const Mask events = hit | v.in_medium;
     const Mask missed = and_not(active, events);
-    if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(e, missed);
+    if (any(missed) && !scene_.lights.infinite_lights.empty()) add_environment(e, missed, depth);
     const Mask seen = lights_alone ? emits(scene_.shapes, e.hit.shape, hit) : hit;
     if (none(lights_alone ? seen : events)) continue;
 
     v.surface = surface_at(scene_.shapes, e.hit, path.origin, path.direction, seen, scene_.any_tangents);
-    add_emission(e, seen);
+    add_emission(e, seen, depth);
     shading_timer_.lap(ShadingPart::kSurfaces);
     if (lights_alone) continue;
     if (scene_.any_mix) e.roulette = e.sampler.get_2d(first_pair + dimension::kRoulette);
@@ -138,7 +138,7 @@ void Wavefront::find_guide(Event& e, Mask events, int depth) {
   if (guide_ != nullptr) e.guided = guide_->at(e.cells, lanes);
 }
 
-void Wavefront::add_environment(const Event& e, Mask missed) {
+void Wavefront::add_environment(const Event& e, Mask missed, int depth) {
   const Vec3 direction = e.path.direction;
   Spectrum sum(0.0f);
   for (const std::int32_t light : scene_.lights.infinite_lights) {
@@ -150,6 +150,8 @@ void Wavefront::add_environment(const Event& e, Mask missed) {
           light_pdf(scene_.lights, Int(light), e.reference, direction, e.reference.p, direction, weighed) *
           pick_pmf(scene_.lights, Int(light), e.reference, weighed);
       weight = select(weighed, power_heuristic(e.path.pdf, pdf), weight);
+      if (reuse_ && depth == 2 && shares_sky())
+        weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed), 0.0f, weight);
     }
     sum += radiance * weight;
     if (tells_layers(scene_)) {
@@ -160,7 +162,7 @@ void Wavefront::add_environment(const Event& e, Mask missed) {
   batch_.add_radiance(sum * e.path.beta, e.path.slot, missed);
 }
 
-void Wavefront::add_emission(const Event& e, Mask hit) {
+void Wavefront::add_emission(const Event& e, Mask hit, int depth) {
   const Surface& surface = e.vertex.surface;
   const Mask lit = hit & (surface.light >= 0);
   if (none(lit)) return;
@@ -170,7 +172,10 @@ void Wavefront::add_emission(const Event& e, Mask hit) {
     const Float pdf = light_pdf(scene_.lights, surface.light, e.reference, e.path.direction, surface.p,
                                 surface.ng, weighed) *
                       pick_pmf(scene_.lights, surface.light, e.reference, weighed);
-    radiance *= select(weighed, power_heuristic(e.path.pdf, pdf), 1.0f);
+    Float weight = select(weighed, power_heuristic(e.path.pdf, pdf), 1.0f);
+    if (reuse_ && depth == 2)
+      weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed), 0.0f, weight);
+    radiance *= weight;
   }
   if (scene_.lights.any_interpolated) {
     const Float distance = length(surface.p - e.reference.p);
@@ -208,8 +213,13 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
         interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
   }
   if (reuse_ && depth == 1) {
-    const Mask shared = reuse_->share_light(e.path.slot, light.wi, reachable & light.delta, batch_);
-    contribution = select(shared, light.radiance * (1.0f / select(reachable, pdf, 1.0f)), contribution);
+    Mask lanes = reachable;
+    if (!shares_sky()) {
+      const Int kind = kind_of(scene_.lights, choice.light, reachable);
+      lanes = and_not(lanes, kind == static_cast<std::int32_t>(LightKind::kInfinite));
+    }
+    const Mask shared = reuse_->share_light(e.path.slot, light.wi, pdf, light.delta, lanes, batch_);
+    contribution = select(shared, light.radiance, contribution);
   }
   const Mask shines = and_not(reachable, is_black(contribution));
 

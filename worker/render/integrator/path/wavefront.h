@@ -65,10 +65,12 @@ class Wavefront : public Integrator {
   struct Event;
   void note_for_reuse(Event& e, Mask hit, int depth);
   void find_guide(Event& e, Mask events, int depth);
-  void add_environment(const Event& e, Mask missed);
-  void add_emission(const Event& e, Mask hit);
+  void add_environment(const Event& e, Mask missed, int depth);
+  void add_emission(const Event& e, Mask hit, int depth);
   void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
+  /// Whether light of the sky has but one density, in sharing.
+  bool shares_sky() const { return scene_.lights.infinite_lights.size() <= 1; }
   Int state_behind(const Event& e, Vec3 wi, int depth, Mask lanes) const;
   void look_for_shadow(const Event& e, WideConnection ray, Int state, Int light, Float weight, int depth,
                        Mask shines);

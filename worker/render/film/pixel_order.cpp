@@ -1,0 +1,53 @@
+#include "render/film/pixel_order.h"
+
+#include <algorithm>
+#include <bit>
+
+#include "base/split_mix.h"
+
+namespace tessera::render {
+
+std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
+  std::vector<std::uint32_t> order;
+  order.reserve(std::size_t{width} * height);
+  const std::uint32_t side = std::bit_ceil(std::max({width, height, 1u}));
+  const auto every_second_bit = [](std::uint64_t code) {
+    code &= 0x5555555555555555;
+    code = (code | code >> 1) & 0x3333333333333333;
+    code = (code | code >> 2) & 0x0f0f0f0f0f0f0f0f;
+    code = (code | code >> 4) & 0x00ff00ff00ff00ff;
+    code = (code | code >> 8) & 0x0000ffff0000ffff;
+    return static_cast<std::uint32_t>(code | code >> 16);
+  };
+  for (std::uint64_t code = 0; code < std::uint64_t{side} * side; ++code) {
+    const std::uint32_t x = every_second_bit(code), y = every_second_bit(code >> 1);
+    if (x < width && y < height) order.push_back(y * width + x);
+  }
+  return order;
+}
+
+std::vector<PixelPlace> groups_in(std::uint32_t left, std::uint32_t top, std::uint32_t width,
+                                  std::uint32_t height, const PixelGroup& group) {
+  const std::uint32_t cell_width = group.width * group.step, cell_height = group.height * group.step;
+  const std::uint32_t pad_x = left % cell_width, pad_y = top % cell_height;
+  const std::uint32_t columns = (pad_x + width + cell_width - 1) / cell_width;
+  const std::uint32_t rows = (pad_y + height + cell_height - 1) / cell_height;
+  std::vector<PixelPlace> places, pixels(static_cast<std::size_t>(group.count()));
+  for (const std::uint32_t cell : z_order(columns, rows)) {
+    const PixelPlace corner{cell % columns * cell_width - pad_x, cell / columns * cell_height - pad_y};
+    const std::uint64_t drawn = base::split_mix(std::uint64_t{top + corner.y} << 32 | (left + corner.x));
+    for (std::uint32_t k = 0; k < group.step * group.step; ++k) {
+      bool any = false;
+      for (std::uint32_t i = 0; i < pixels.size(); ++i) {
+        const auto turn = static_cast<std::uint32_t>(drawn >> (4 * i) & 0xf);
+        pixels[i] = {corner.x + group.x(i) + k % group.step,
+                     corner.y + group.y(i) + (k / group.step + turn) % group.step};
+        any |= pixels[i].x < width && pixels[i].y < height;
+      }
+      if (any) places.insert(places.end(), pixels.begin(), pixels.end());
+    }
+  }
+  return places;
+}
+
+}  // namespace tessera::render
