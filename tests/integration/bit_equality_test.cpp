@@ -265,6 +265,10 @@ TEST(BitEquality, ClassroomInProcessAndOnTwoWorkers) {
   farm.add_worker(1);
   farm.add_worker(2);
   EXPECT_EQ(submit_hash(farm, classroom + Arguments{"--tile", "16"}), expected);
+  // Among so many triangles some rays hit edges.
+  const Arguments large{
+      (folder->path() / "scene.pbrt").string(), "--resolution", "320x180", "--spp", "2", "--quiet"};
+  EXPECT_EQ(render_hash(large + Arguments{"--tile", "13"}), render_hash(large));
 }
 
 }  // namespace

@@ -24,13 +24,13 @@ FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts, Pixel
   const std::uint32_t width = rect().width(), height = result.y1 - result.y0;
   const std::uint32_t all = result.sample_end - result.sample_begin;
   const std::vector<PixelPlace> pixels = groups_in(result.x0, result.y0, width, height, group);
-  // Pixels of a group take the same number of samples.
+  // Pixels of a packet take the same number of samples.
   const auto samples_of = [&](std::size_t first) {
     return counts == nullptr
                ? all
                : std::min(all, counts->at(result.x0 + pixels[first].x, result.y0 + pixels[first].y));
   };
-  const auto size = static_cast<std::size_t>(group.count());
+  const std::size_t size = packet_of(group);
   std::vector<std::size_t> firsts;
   for (std::size_t first = 0; first < pixels.size(); first += size) firsts.push_back(first);
   if (counts != nullptr) std::ranges::stable_sort(firsts, {}, samples_of);
@@ -53,7 +53,7 @@ std::size_t FixedTile::next(std::span<SampleName> names) {
     count_ = 0;
     if (!groups_.empty() && first_ == groups_.back().end) groups_.pop_back();
     if (groups_.empty()) return 0;
-    const auto whole = static_cast<std::size_t>(group_pixels_.count());
+    const std::size_t whole = packet_of(group_pixels_);
     const std::size_t usual = names.size() / std::min(groups_.back().samples, kTogether);
     count_ = std::min(std::max(usual / whole, std::size_t{1}) * whole, groups_.back().end - first_);
     taken_ = 0;

@@ -26,23 +26,33 @@ std::vector<std::uint32_t> z_order(std::uint32_t width, std::uint32_t height) {
   return order;
 }
 
+std::size_t packet_of(const PixelGroup& group) {
+  constexpr std::uint32_t kRays = 16;
+  const auto size = static_cast<std::uint32_t>(group.count());
+  return size * std::clamp(kRays / size, 1u, group.step * group.step);
+}
+
 std::vector<PixelPlace> groups_in(std::uint32_t left, std::uint32_t top, std::uint32_t width,
                                   std::uint32_t height, const PixelGroup& group) {
   const std::uint32_t cell_width = group.width * group.step, cell_height = group.height * group.step;
   const std::uint32_t pad_x = left % cell_width, pad_y = top % cell_height;
   const std::uint32_t columns = (pad_x + width + cell_width - 1) / cell_width;
   const std::uint32_t rows = (pad_y + height + cell_height - 1) / cell_height;
-  std::vector<PixelPlace> places, pixels(static_cast<std::size_t>(group.count()));
+  const std::uint32_t size = group.width * group.height;
+  const std::size_t packets = group.step * group.step * size / packet_of(group);
+  std::vector<PixelPlace> places, pixels(packet_of(group));
   for (const std::uint32_t cell : z_order(columns, rows)) {
     const PixelPlace corner{cell % columns * cell_width - pad_x, cell / columns * cell_height - pad_y};
     const std::uint64_t drawn = base::split_mix(std::uint64_t{top + corner.y} << 32 | (left + corner.x));
-    for (std::uint32_t k = 0; k < group.step * group.step; ++k) {
+    for (std::size_t packet = 0; packet < packets; ++packet) {
       bool any = false;
-      for (std::uint32_t i = 0; i < pixels.size(); ++i) {
+      for (std::uint32_t k = 0; k < pixels.size(); ++k) {
+        const auto place = static_cast<std::uint32_t>(packet * pixels.size()) + k;
+        const std::uint32_t column = place / size / group.step, row = place / size % group.step;
+        const std::uint32_t i = place % size;
         const auto turn = static_cast<std::uint32_t>(drawn >> (4 * i) & 0xf);
-        pixels[i] = {corner.x + group.x(i) + k % group.step,
-                     corner.y + group.y(i) + (k / group.step + turn) % group.step};
-        any |= pixels[i].x < width && pixels[i].y < height;
+        pixels[k] = {corner.x + group.x(i) + column, corner.y + group.y(i) + (row + turn) % group.step};
+        any |= pixels[k].x < width && pixels[k].y < height;
       }
       if (any) places.insert(places.end(), pixels.begin(), pixels.end());
     }

@@ -139,17 +139,17 @@ void ScatterTile::order_pixels(const std::vector<std::uint32_t>& number_of) {
   order_.clear();
   places_.clear();
   auto beyond = static_cast<std::uint32_t>(groups_[group_].size);
-  const auto size = static_cast<std::size_t>(group_pixels_.count());
+  const std::size_t size = packet_of(group_pixels_);
   const std::vector<PixelPlace> pixels = groups_in(left, top, width_, height_, group_pixels_);
   std::vector<std::uint32_t> numbers(size);
   for (std::size_t first = 0; first < pixels.size(); first += size) {
-    const std::span<const PixelPlace> group(&pixels[first], size);
-    std::ranges::transform(group, numbers.begin(),
+    const std::span<const PixelPlace> packet(&pixels[first], size);
+    std::ranges::transform(packet, numbers.begin(),
                            [&](const PixelPlace& place) { return number_at(place.x, place.y); });
     if (std::ranges::all_of(numbers, [](std::uint32_t number) { return number == kNone; })) continue;
     for (std::size_t i = 0; i < size; ++i) {
       order_.push_back(numbers[i] == kNone ? beyond++ : numbers[i]);
-      places_.push_back({left + group[i].x, top + group[i].y, 0, 0});
+      places_.push_back({left + packet[i].x, top + packet[i].y, 0, 0});
     }
   }
 }
@@ -193,7 +193,7 @@ void ScatterTile::end_group() {
 void ScatterTile::begin_samples(std::size_t batch) {
   const Group& group = groups_[group_];
   const auto fit = static_cast<std::uint32_t>(std::min<std::size_t>(batch / order_.size(), kMostTogether));
-  const std::size_t groups = batch / static_cast<std::size_t>(group_pixels_.count());
+  const std::size_t groups = batch / packet_of(group_pixels_);
   together_ =
       std::min({std::max(fit, kTogether), group.samples - next_sample_, static_cast<std::uint32_t>(groups)});
   common_ = {result_.sample_begin + next_sample_, x_.data(), y_.data()};
@@ -212,7 +212,7 @@ std::size_t ScatterTile::next(std::span<SampleName> names) {
   if (next_pixel_ == order_.size()) end_samples();
   if (group_ == groups_.size()) return 0;
   if (next_pixel_ == 0) begin_samples(names.size());
-  const auto whole = static_cast<std::size_t>(group_pixels_.count());
+  const std::size_t whole = packet_of(group_pixels_);
   count_ = std::min(names.size() / together_ / whole * whole, order_.size() - next_pixel_);
   SampleName* name = names.data();
   for (std::uint32_t s = 0; s < together_; ++s) {

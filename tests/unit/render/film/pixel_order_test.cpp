@@ -22,12 +22,7 @@ std::set<Pixels> groups_of(std::uint32_t left, std::uint32_t top, std::uint32_t 
   std::set<Pixels> groups;
   for (std::size_t first = 0; first < places.size(); first += size) {
     Pixels pixels;
-    bool any = false;
-    for (std::size_t i = first; i < first + size; ++i) {
-      pixels.emplace(left + places[i].x, top + places[i].y);
-      any |= places[i].x < width && places[i].y < height;
-    }
-    EXPECT_TRUE(any) << "a group that is not needed";
+    for (std::size_t i = first; i < first + size; ++i) pixels.emplace(left + places[i].x, top + places[i].y);
     EXPECT_EQ(pixels.size(), size);
     EXPECT_TRUE(groups.insert(std::move(pixels)).second);
   }
@@ -43,6 +38,36 @@ TEST(PixelOrder, EveryPixelIsOfOneGroupWhateverTheRectangle) {
     EXPECT_EQ(seen.size(), 64u * 64);
     for (const std::uint32_t left : {0u, 3u, ~0u}) {
       for (const Pixels& pixels : groups_of(left, 5, 21, 10, group)) EXPECT_TRUE(all.contains(pixels));
+    }
+  }
+}
+
+/// The same pixels come one after the other, in the same order, and none that are not needed.
+TEST(PixelOrder, PacketsAreTheSameWhateverTheRectangle) {
+  using Packet = std::vector<std::pair<std::uint32_t, std::uint32_t>>;
+  for (const PixelGroup group : test::kGroups) {
+    const std::size_t size = packet_of(group);
+    EXPECT_EQ(size, group.step == 1 ? static_cast<std::size_t>(group.count()) : 16u);
+    const auto packets_of = [&](std::uint32_t left, std::uint32_t top, std::uint32_t width,
+                                std::uint32_t height) {
+      const std::vector<PixelPlace> places = groups_in(left, top, width, height, group);
+      EXPECT_EQ(places.size() % size, 0u);
+      std::set<Packet> packets;
+      for (std::size_t first = 0; first < places.size(); first += size) {
+        Packet packet;
+        bool any = false;
+        for (std::size_t i = first; i < first + size; ++i) {
+          packet.emplace_back(left + places[i].x, top + places[i].y);
+          any |= places[i].x < width && places[i].y < height;
+        }
+        EXPECT_TRUE(any) << "none of it is needed";
+        packets.insert(std::move(packet));
+      }
+      return packets;
+    };
+    const std::set<Packet> all = packets_of(0 - 16u, 0 - 16u, 64, 64);
+    for (const std::uint32_t left : {0u, 3u, ~0u}) {
+      for (const Packet& packet : packets_of(left, 5, 21, 10)) EXPECT_TRUE(all.contains(packet));
     }
   }
 }
