@@ -152,7 +152,7 @@ std::vector<Case> cases() {
 }
 
 TEST(PathSharing, HasTheSameMeansAndLessNoise) {
-  const int renders = long_form() ? 16384 : 256;
+  const int renders = long_form() ? 4096 : 256;
   for (const char* filter : {"kind: BOX", "kind: TRIANGLE radius_x: 1 radius_y: 1"}) {
     for (const Case& one : cases()) {
       const std::string text = scene_text(one.things, filter);
