@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "render/build/sharing_pilot.h"
 #include "support/long_form.h"
 #include "support/picture/scene_file.h"
 
@@ -36,7 +37,7 @@ constexpr const char* kSky = R"(
            world_from_object { elements: [1,0,0,0, 0,1,0,5, 0,0,1,0, 0,0,0,1] } }
 )";
 
-/// `things` in surroundings of theirs.
+/// A film and materials for `things`, which include the lights and the surroundings.
 std::string scene_text(const std::string& things, const std::string& filter) {
   return absl::StrCat(R"(
   camera { perspective { fov_degrees: 70 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
@@ -213,6 +214,9 @@ TEST(PathSharing, APilotDecides) {
   EXPECT_NE(decided.first, rendered(room, v1::PATH_SHARING_OFF).first);
   EXPECT_EQ(alone.first, rendered(open, v1::PATH_SHARING_OFF).first);
   EXPECT_EQ(alone.second, "pixels do not share light: a pilot finds 1.00 times the efficiency");
+  // Noise and rays that pilots found in two scenes of the corpus: coffee and cornell-box.
+  EXPECT_LT((render::SharingPilot{.noise = 0.968, .rays = 1.325}.gain()), 1);
+  EXPECT_GT((render::SharingPilot{.noise = 0.180, .rays = 1.695}.gain()), 2);
 }
 
 }  // namespace

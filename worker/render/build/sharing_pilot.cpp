@@ -11,9 +11,9 @@
 namespace tessera::render {
 namespace {
 
-/// Of 16 pixels with 4 samples each.
+/// Number of blocks; 16 pixels of each are sampled, 4 times.
 constexpr std::uint32_t kBlocks = 32;
-/// Blocks whose noise does not count: few bright samples make most of it.
+/// Number of the noisiest blocks that are left out: few bright samples make most of their noise.
 constexpr std::size_t kWorst = 2;
 /// CPU time of a ray to a neighbour, with the BSDFs at its ends, over that of a ray of paths, with all that
 /// is done for it.

@@ -6,17 +6,17 @@
 
 namespace tessera::render {
 
-/// What sharing does, as a pilot sees it: how many times the noise (relMSE) and the rays of pixels alone.
+/// Noise (relMSE) and number of rays of pixels that share, over those of pixels alone, in a pilot.
 struct SharingPilot {
   double noise = 1, rays = 1;
 
-  /// How many times as efficient sharing is: error times CPU time.
+  /// Returns the efficiency (1 / (relMSE x CPU time)) with sharing over that without.
   double gain() const;
 };
 
-/// Renders blocks all over the film twice, with the same paths, which `group` share in one of them. Few
-/// samples tell, as both have the same noise. A function of the scene and its view: of no crop, range or
-/// number of samples.
+/// Renders blocks all over the film twice, with the same paths: alone, and shared by `group`. Few samples are
+/// enough, because the noise of both is correlated. The result depends on the scene, its view and the seed,
+/// and not on crops, ranges or the number of samples.
 SharingPilot make_sharing_pilot(const Algorithm& algorithm, const SceneTables& scene, const RayQuery& rays,
                                 const Prepared* prepared, bool scatters, PixelGroup group);
 

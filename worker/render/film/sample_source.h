@@ -22,13 +22,13 @@ struct CommonPlaces {
   const float *x, *y;
 };
 
-/// Pixels of the film's grid, `width` in a row and `height` rows, every `step`-th one each way: step x step
-/// groups lie in one cell. Sizes of cells divide wire::kNoiseBlock.
+/// A group of pixels, one from each of `width` x `height` blocks of step x step pixels. These blocks make a
+/// cell of the film's grid, which step x step groups fill. Sizes of cells divide wire::kNoiseBlock.
 struct PixelGroup {
   std::uint32_t width = 1, height = 1, step = 1;
 
   int count() const { return static_cast<int>(width * height); }
-  /// Pixel `i` from the group's first one.
+  /// The upper left pixel of block `i`, from that of the cell.
   std::uint32_t x(std::uint32_t i) const { return i % width * step; }
   std::uint32_t y(std::uint32_t i) const { return i / width * step; }
 };

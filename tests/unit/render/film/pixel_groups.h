@@ -1,4 +1,4 @@
-// Which group a pixel is of.
+// The group that a pixel belongs to.
 #pragma once
 
 #include <cstddef>

@@ -72,7 +72,7 @@ TEST(PixelOrder, PacketsAreTheSameWhateverTheRectangle) {
   }
 }
 
-/// Of each block of 2 x 2 pixels one, in one column of it, and in any row: a group makes no regular pattern.
+/// Each block of 2 x 2 pixels gives one pixel to a group, in a fixed column and a random row.
 TEST(PixelOrder, GroupsAreSpreadAndTheirRowsAreDrawn) {
   const PixelGroup group{4, 2, 2};
   int second_rows = 0;
