@@ -154,17 +154,15 @@ class BuiltScene final : public RenderScene {
     return {content_->accelerator->figures(), content_->accelerator_cpu_seconds};
   }
 
-  const std::vector<std::string>& warnings() const override { return content_->warnings; }
+  const std::vector<std::string>& warnings() const override { return warnings_; }
 
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes = content_->notes;
-    if (sharing_ != 0 && !unshared_because().empty()) {
-      notes.push_back(
-          absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because())));
-    }
+    if (sharing_ == v1::PATH_SHARING_AUTO && !unshared_because().empty()) notes.push_back(unshared_message());
     if (too_little_by_sharing_) {
-      notes.push_back(absl::StrFormat("pixels do not share light: a pilot finds %.2f times the efficiency",
-                                      *too_little_by_sharing_));
+      notes.push_back(absl::StrFormat(
+          "pixels do not share light: a pilot finds %.2f times the efficiency (standard error %.0f %%)",
+          too_little_by_sharing_->gain(), 100 * too_little_by_sharing_->error));
     }
     return notes;
   }
@@ -235,18 +233,26 @@ class BuiltScene final : public RenderScene {
     return "";
   }
 
+  std::string unshared_message() const {
+    return absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because()));
+  }
+
   void find_group() {
-    if (!unshared_because().empty() || tables_.max_depth < 2) return;
+    if (!unshared_because().empty()) {
+      if (sharing_ > v1::PATH_SHARING_OFF) warnings_.push_back(unshared_message());
+      return;
+    }
+    if (tables_.max_depth < 2) return;
     // Spread, so that neighbours that a filter weighs together are of several groups.
     constexpr std::uint32_t kStep = 2;
     switch (sharing_) {
       case v1::PATH_SHARING_4:
         group_ = {2, 2, kStep};
         break;
-      case v1::PATH_SHARING_AUTO:
       case v1::PATH_SHARING_8:
         group_ = {4, 2, kStep};
         break;
+      case v1::PATH_SHARING_AUTO:
       case v1::PATH_SHARING_16:
         group_ = {4, 4, kStep};
         break;
@@ -256,11 +262,9 @@ class BuiltScene final : public RenderScene {
     if (sharing_ != v1::PATH_SHARING_AUTO) return;
     const SharingPilot pilot =
         make_sharing_pilot(algorithm_, tables_, *content_->rays, prepared_alone_.get(), scatters(), group_);
-    // Whole groups at borders of tiles cost some percent.
-    constexpr double kLeastGain = 1.05;
-    if (pilot.gain() >= kLeastGain) return;
+    if (pilot.pays()) return;
     group_ = {};
-    too_little_by_sharing_ = pilot.gain();
+    too_little_by_sharing_ = pilot;
   }
 
   /// What an algorithm without phases makes of the scene alone.
@@ -355,8 +359,9 @@ class BuiltScene final : public RenderScene {
   const bool may_scatter_;
   const v1::PathSharing sharing_;
   PixelGroup group_;  // of neighbours that share light
-  std::optional<double> too_little_by_sharing_;
+  std::optional<SharingPilot> too_little_by_sharing_;
   SceneTables tables_;
+  std::vector<std::string> warnings_ = content_->warnings;
   std::unique_ptr<const Prepared> prepared_alone_;
 };
 

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
+#include "render/integrator/path/packing.h"
 #include "render/integrator/stage_timer.h"
-#include "render/integrator/vertex/dimensions.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -22,6 +22,9 @@ TESSERA_INLINE Way way(Vec3 from, Vec3 to) {
 
 TESSERA_INLINE Mask has(Int bits, std::int32_t some) { return (bits & Int(some)) != 0; }
 
+/// In first_event_: no surface yet that can be joined to others.
+constexpr std::int32_t kNone = -3;
+
 }  // namespace
 
 PathReuse::PathReuse(const IntegratorContext& context, int group)
@@ -38,38 +41,46 @@ PathReuse::PathReuse(const IntegratorContext& context, int group)
 void PathReuse::begin(const PathState& paths, const HitState& hits, int n) {
   size_ = n;
   any_shared_ = false;
-  for_each_component([n](const auto& from, auto& to) { std::copy_n(from, n, to); }, paths.origin, origin_[0]);
-  for_each_component([n](const auto& from, auto& to) { std::copy_n(from, n, to); }, paths.direction,
-                     direction_[0]);
-  HitState::for_each([n](const auto& from, auto& to) { std::copy_n(from, n, to); }, hits, hits_[0]);
+  last_first_ = last_mirror_ = -1;
+  const auto copy = [n](const auto& from, auto& to) { std::copy_n(from, n, to); };
+  for_each_component(copy, paths.origin, origin_[0]);
+  for_each_component(copy, paths.direction, direction_[0]);
+  HitState::for_each(copy, hits, hits_[0]);
+  std::fill_n(first_event_, kPadded, kNone);
   std::fill_n(shared_, kPadded, 0);
   for (auto& lanes : own_.c) std::fill_n(lanes, n, 0.0f);
 }
 
-void PathReuse::keep_second(const PathState& paths, const HitState& hits, int n) {
-  for (int i = 0; i < n; i += kWidth) {
-    const Mask active = Mask::first(n - i);
-    const Int slot = Int::load(paths.slot + i);
-    const auto keep = [&](const auto& from, auto& to) {
-      for_each_component(
-          [&](const auto& source, auto& lanes) {
-            using Value = std::remove_cvref_t<decltype(lanes[0])>;
-            if constexpr (std::is_same_v<Value, float>) {
-              scatter(Float::load(source + i), lanes, slot, active);
-            } else {
-              scatter(Int::load(source + i), lanes, slot, active);
-            }
-          },
-          from, to);
-    };
-    keep(paths.origin, origin_[1]);
-    keep(paths.direction, direction_[1]);
-    HitState::for_each(keep, hits, hits_[1]);
-  }
+void PathReuse::at_surface(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes, int depth,
+                           SampleBatch& batch) {
+  const Int event = gather(first_event_, path.slot, lanes);
+  if (const Mask now = lanes & (event == Int(kNone)); any(now)) at_first(v, hit, mix, path, now, depth);
+  if (const Mask now = lanes & (event == Int(depth - 1)); any(now)) at_second(v, hit, mix, path, now, batch);
+  if (const Mask now = lanes & (event == Int(depth - 2)); any(now)) at_third(path, now, batch);
 }
 
-void PathReuse::at_first(const Vertex& v, Int slot, Mask hit) {
-  scatter_lanes(v.surface.p, first_, slot, hit);
+void PathReuse::at_first(const Vertex& v, const Hit& hit, Float mix, const WidePath& path, Mask lanes,
+                         int depth) {
+  const Mask joined = joinable(v, lanes);
+  if (any(and_not(lanes, joined))) last_mirror_ = depth;
+  if (none(joined)) return;
+  last_first_ = depth;
+  scatter(Int(depth), first_event_, path.slot, joined);
+  scatter_lanes(v.surface.p, first_, path.slot, joined);
+  if (depth == 0) {  // begin() has the rest
+    if (scene_.any_mix) scatter(mix, mix_[0], path.slot, joined);
+    return;
+  }
+  keep(0, path, hit, mix, joined);
+  scatter_lanes(path.beta, before_, path.slot, joined);
+}
+
+void PathReuse::keep(int event, const WidePath& path, const Hit& hit, Float mix, Mask lanes) {
+  scatter_lanes(path.origin, origin_[event], path.slot, lanes);
+  scatter_lanes(path.direction, direction_[event], path.slot, lanes);
+  HitState::for_each([&](const auto& from, auto& to) { scatter(from, to, path.slot, lanes); }, hit,
+                     hits_[event]);
+  if (scene_.any_mix) scatter(mix, mix_[event], path.slot, lanes);
 }
 
 void PathReuse::set_apart(Int slot, Mask lanes, SampleBatch& batch) {
@@ -87,40 +98,43 @@ TESSERA_INLINE void begin_anew(WidePath& path, Mask lanes) {
 
 }  // namespace
 
-void PathReuse::at_second(const Vertex& v, WidePath& path, Mask hit, SampleBatch& batch) {
-  const Mask found = joinable(v, hit) & (path.pdf > 0.0f);
+void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes,
+                          SampleBatch& batch) {
+  const Mask found = joinable(v, lanes) & (path.pdf > 0.0f);
   const Mask lambertian =
       reflects_only(v.at) & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kHasBump) == 0);
   const Mask even = found & lambertian;
   // Most of the black ones are lamps.
   const Mask bright = and_not(even, is_black(v.at.params.spectra[slot::kReflectance]));
-  const Mask kept = and_not(found, even) | bright;
+  const Mask glossy = and_not(found, even), kept = glossy | bright;
   if (none(kept)) return;
   scatter_lanes(v.surface.p, p_, path.slot, kept);
   scatter_lanes(face_forward(v.surface.ng, v.wo), ng_, path.slot, kept);
   scatter_lanes(face_forward(v.at.frame.z, v.wo), ns_, path.slot, kept);
   scatter(v.surface.error, error_, path.slot, kept);
   scatter(select(bright, Int(kEven), Int(kGlossy)), shared_, path.slot, kept);
+  if (any(glossy)) keep(1, path, hit, mix, glossy);
   if (none(bright)) return;
   any_shared_ = true;
   set_apart(path.slot, bright, batch);
   begin_anew(path, bright);
 }
 
-void PathReuse::at_third(WidePath& path, Mask hit, SampleBatch& batch) {
-  const Int shared = gather(shared_, path.slot, hit);
-  const Mask lanes = hit & has(shared, kGlossy) & (path.pdf > 0.0f);
-  if (none(lanes)) return;
+void PathReuse::at_third(WidePath& path, Mask lanes, SampleBatch& batch) {
+  const Int shared = gather(shared_, path.slot, lanes);
+  const Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
+  if (none(taken)) return;
   any_shared_ = true;
-  scatter(shared | Int(kBeyond), shared_, path.slot, lanes);
-  scatter_lanes(path.direction, on_, path.slot, lanes);
-  set_apart(path.slot, lanes, batch);
-  begin_anew(path, lanes);
+  scatter(shared | Int(kBeyond), shared_, path.slot, taken);
+  scatter_lanes(path.direction, on_, path.slot, taken);
+  set_apart(path.slot, taken, batch);
+  begin_anew(path, taken);
 }
 
-Mask PathReuse::share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, SampleBatch& batch) {
+Mask PathReuse::share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, int depth,
+                            SampleBatch& batch) {
   const Int shared = gather(shared_, slot, lanes);
-  const Mask taken = lanes & has(shared, kGlossy);
+  const Mask taken = lanes & has(shared, kGlossy) & (gather(first_event_, slot, lanes) == Int(depth - 1));
   if (none(taken)) return taken;
   any_shared_ = true;
   scatter(shared | select(delta, Int(kLight | kDelta), Int(kLight)), shared_, slot, taken);
@@ -130,9 +144,11 @@ Mask PathReuse::share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes
   return taken;
 }
 
-Mask PathReuse::share_emission(const WidePath& path, Spectrum radiance, Float by_lights, Mask lanes) {
+Mask PathReuse::share_emission(const WidePath& path, Spectrum radiance, Float by_lights, Mask lanes,
+                               int depth) {
   const Int shared = gather(shared_, path.slot, lanes);
-  const Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
+  const Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f) &
+                     (gather(first_event_, path.slot, lanes) == Int(depth - 2));
   if (none(taken)) return taken;
   any_shared_ = true;
   scatter(shared | Int(kFound), shared_, path.slot, taken);
@@ -142,35 +158,47 @@ Mask PathReuse::share_emission(const WidePath& path, Spectrum radiance, Float by
   return taken;
 }
 
-void PathReuse::lights_traced(SampleBatch& batch) {
+void PathReuse::lights_traced(int depth, SampleBatch& batch) {
   if (!any_shared_) return;
   for (int first = 0; first < size_; first += kWidth) {
-    const Mask lanes = has(Int::load(shared_ + first), kLight);
+    const Mask lanes =
+        has(Int::load(shared_ + first), kLight) & (Int::load(first_event_ + first) == Int(depth - 1));
     if (none(lanes)) continue;
-    store_lanes(batch.radiance(first), light_, first);
-    batch.set_radiance(select(lanes, Spectrum(0.0f), batch.radiance(first)), first);
+    const Int slot = Int::iota(first);
+    scatter_lanes(batch.take_radiance(slot, lanes), light_, slot, lanes);
   }
 }
 
+Mask PathReuse::spared(Int slot, Mask lanes, int depth) const {
+  const Int event = gather(first_event_, slot, lanes);
+  return lanes & ((event == Int(depth)) | (event == Int(depth - 1)));
+}
+
 // ---------------------------------------------------------------- once they have ended
+
+template <class F>
+void PathReuse::for_each_packet(const Samples& samples, F&& f) {
+  for (int i = 0; i < samples.size; i += kWidth)
+    f(i, Packet{Int::load(samples.slot + i), Mask::first(samples.size - i)});
+}
 
 void PathReuse::finish(SampleBatch& batch, ConnectionQueue& queue) {
   if (!any_shared_) return;
   const StageTimer timer(stats_.times, Stage::kShadow);
   for (int first = 0; first < size_; first += kWidth) collect(first, batch);
-  for (int first = 0; first < size_; first += kWidth) {
-    if (any(Int::load(shared_ + first) != 0)) join(first, batch, queue);
-  }
+  list_samples();
+  for_each_packet(firsts_, [&](int place, const Packet& firsts) { join(place, firsts, queue); });
   trace(queue);
-  for (int first = 0; first < size_; first += kWidth) {
-    if (any(Int::load(shared_ + first) != 0)) hand_out(first, batch);
-  }
+  for_each_packet(glossies_, [&](int, const Packet& seconds) { scatter_back(seconds); });
+  for (const Samples* seconds : {&glossies_, &evens_})
+    for_each_packet(*seconds, [&](int, const Packet& packet) { weigh(packet); });
+  for_each_packet(firsts_, [&](int place, const Packet& firsts) { hand_out(place, firsts, batch); });
 }
 
 /// Leaves the sample with what is its own, and shared_ with what has brought any light.
 void PathReuse::collect(int first, SampleBatch& batch) {
-  const Mask active = Mask::first(size_ - first);
-  const Int shared = select(active, Int::load(shared_ + first), Int(0));
+  const Int shared = Int::load(shared_ + first);
+  if (none(shared != 0)) return;
   const Spectrum rest = batch.radiance(first);
   Spectrum own, light, found;
   load_lanes(own_, first, own);
@@ -178,7 +206,6 @@ void PathReuse::collect(int first, SampleBatch& batch) {
   load_lanes(found_, first, found);
   const Mask suffix = has(shared, kEven | kBeyond), sampled = has(shared, kLight), met = has(shared, kFound);
   store_lanes(select(suffix, rest, Spectrum(0.0f)), suffix_, first);
-  store_lanes(select(sampled, light, Spectrum(0.0f)), light_, first);
   batch.set_radiance(own + select(suffix, Spectrum(0.0f), rest), first);
   const Int bits = select(and_not(suffix, is_black(rest)), shared & Int(kEven | kBeyond), Int(0)) |
                    select(and_not(sampled, is_black(light)), shared & Int(kLight | kDelta), Int(0)) |
@@ -186,29 +213,53 @@ void PathReuse::collect(int first, SampleBatch& batch) {
   bits.store(shared_ + first);
 }
 
-Vertex PathReuse::vertex_at(const Vec3Lanes& origin, const Vec3Lanes& direction, const HitState& hits,
-                            int event, int first, const SampleBatch& batch, Mask lanes) const {
+/// Few share in some scenes: packets are of those that do.
+void PathReuse::list_samples() {
+  const std::uint32_t whole_group = (1u << group_) - 1;
+  firsts_.size = evens_.size = glossies_.size = 0;
+  for (int first = 0; first < size_; first += kWidth) {
+    const Int slot = Int::iota(first), shared = Int::load(shared_ + first);
+    const std::uint32_t bits = (shared != 0).bits();
+    std::uint32_t of_groups = 0;
+    for (int i = 0; i < kWidth; i += group_)
+      of_groups |= (bits >> i & whole_group) != 0 ? whole_group << i : 0;
+    firsts_.append(slot, Mask::from_bits(of_groups) & (Int::load(first_event_ + first) >= 0));
+    evens_.append(slot, has(shared, kEven));
+    glossies_.append(slot, has(shared, kLight | kFound | kBeyond));
+  }
+  std::fill_n(place_, kPadded, -1);
+  for (Samples* samples : {&firsts_, &evens_, &glossies_})
+    Int(0).store_unaligned(samples->slot + samples->size);
+  for_each_packet(firsts_, [&](int place, const Packet& firsts) {
+    scatter(Int::iota(place), place_, firsts.slot, firsts.lanes);
+  });
+}
+
+/// Event 0 or 1 of `samples`, counted from their first surfaces.
+Vertex PathReuse::vertex_at(int event, const Packet& samples) const {
+  const auto load = [&](const auto& lanes) { return gather(lanes, samples.slot, samples.lanes); };
+  const Vec3 origin = gather_lanes<Vec3>(origin_[event], samples.slot, samples.lanes),
+             direction = gather_lanes<Vec3>(direction_[event], samples.slot, samples.lanes);
+  Hit hit;
+  HitState::for_each([&](const auto& from, auto& to) { to = load(from); }, hits_[event], hit);
+  hit.time = Float(0.0f);
   Vertex v;
-  Vec3 o, d;
-  load_lanes(origin, first, o);
-  load_lanes(direction, first, d);
-  v.wo = -d;
+  v.wo = -direction;
   v.time = Float(0.0f);
-  v.surface = surface_at(scene_.shapes, load_hit(hits, first), o, d, lanes, scene_.any_tangents);
-  const int pair = dimension::kFirstEvent + event * dimension::kPairsPerEvent + dimension::kRoulette;
-  const Float mix = scene_.any_mix ? batch.sampler(Int::iota(first), lanes).get_2d(pair).y : Float(0.0f);
-  interact(scene_, v.surface, v.wo, mix, lanes, v.at);
+  v.surface = surface_at(scene_.shapes, hit, origin, direction, samples.lanes, scene_.any_tangents);
+  const Float mix = scene_.any_mix ? load(mix_[event]) : Float(0.0f);
+  interact(scene_, v.surface, v.wo, mix, samples.lanes, v.at);
   return v;
 }
 
-void PathReuse::join(int first, const SampleBatch& batch, ConnectionQueue& queue) {
-  const Int slot = Int::iota(first), shared = Int::load(shared_ + first);
-  const Mask seen = Mask::first(size_ - first) & (Int::load(hits_[0].shape + first) >= 0);
-  const Vertex v = vertex_at(origin_[0], direction_[0], hits_[0], 0, first, batch, seen);
-  const Mask wanted = joinable(v, seen);
-  for (int step = 0; step < group_; ++step) {
-    const Int partner = slot ^ Int(step);
-    Mask lanes = wanted & (gather(shared_, partner) != 0);
+void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
+  const Int slot = firsts.slot, group = group_of(slot), event = gather(first_event_, slot);
+  const Vertex v = vertex_at(0, firsts);
+  // One second surface of each group after the other: rays to one point are followed together.
+  for (int member = 0; member < group_; ++member) {
+    const Int partner = group + Int(member);
+    // Paths of one length in front: all have the same number of events to go.
+    Mask lanes = firsts.lanes & (gather(shared_, partner) != 0) & (gather(first_event_, partner) == event);
     Float pdf(0.0f);
     Spectrum weight(0.0f);
     if (any(lanes)) {
@@ -223,44 +274,17 @@ void PathReuse::join(int first, const SampleBatch& batch, ConnectionQueue& queue
       const Float by_area = cosine / select(lanes, to.squared, 1.0f);
       pdf = select_or_zero(lanes, bsdf.pdf * by_area);
       weight = select(lanes, bsdf.f_cos * by_area, Spectrum(0.0f));
-      if (step > 0 && any(lanes)) {
+      if (const Mask others = lanes & (partner != slot); any(others)) {
         // From offset to offset.
-        WideConnection ray = connect(scene_, v, to.w, fma(ng, gather(error_, partner, lanes), p), lanes);
-        ray.slot = slot + step * kPadded;
+        WideConnection ray = connect(scene_, v, to.w, fma(ng, gather(error_, partner, lanes), p), others);
+        ray.slot = Int::iota(place) + Int(member * kPadded);
         if (queue.size + kWidth > kBatch) trace(queue);
-        queue.size += append(scene_, ray, lanes, queue, queue.size);
+        queue.size += append_at_end(scene_, ray, others, queue, queue.size);
       }
     }
-    pdf.store_unaligned(pdf_.data() + pair(step, first));
-    for (int c = 0; c < kSpectrumLanes; ++c)
-      weight.c[c].store_unaligned(weight_.c[c].data() + pair(step, first));
-  }
-  const Mask glossy = has(shared, kLight | kFound | kBeyond);
-  if (none(glossy)) return;
-  const Vertex second = vertex_at(origin_[1], direction_[1], hits_[1], 1, first, batch, glossy);
-  if (any(has(shared, kLight))) scatter_back(first, second, to_light_, Int(kLight), of_light_, pdf_light_);
-  if (any(has(shared, kFound | kBeyond)))
-    scatter_back(first, second, on_, Int(kFound | kBeyond), of_on_, pdf_on_);
-}
-
-/// From second surfaces that share `which` to the first ones of all of their group, of light along `wi`.
-void PathReuse::scatter_back(int first, const Vertex& second, const Vec3Lanes& wi, Int which,
-                             SpectrumPairs& value, Pairs& pdf) const {
-  const Int slot = Int::iota(first);
-  const Mask lanes = (Int::load(shared_ + first) & which) != 0;
-  Vec3 along, ng, ns;
-  load_lanes(wi, first, along);
-  load_lanes(ng_, first, ng);
-  load_lanes(ns_, first, ns);
-  for (int step = 0; step < group_; ++step) {
-    const Int to = slot ^ Int(step);
-    const Vec3 wo = way(second.surface.p, gather_lanes<Vec3>(first_, to, lanes)).w;
-    const Mask seen = lanes & (dot(wo, ng) > 0.0f) & (dot(wo, ns) > 0.0f);
-    const BsdfEval bsdf = eval_scattering(scene_, second, wo, along, seen);
-    const Int at = to + step * kPadded;
-    for (int c = 0; c < kSpectrumLanes; ++c)
-      scatter(select_or_zero(seen, bsdf.f_cos.c[c]), value.c[c].data(), at, lanes);
-    scatter(select_or_zero(seen, bsdf.pdf), pdf.data(), at, lanes);
+    const std::size_t at = pair(member, place);
+    pdf.store_unaligned(pdf_.data() + at);
+    for (int c = 0; c < kSpectrumLanes; ++c) weight.c[c].store_unaligned(weight_.c[c].data() + at);
   }
 }
 
@@ -273,64 +297,110 @@ void PathReuse::trace(ConnectionQueue& queue) {
   queue.size = 0;
 }
 
-/// The density with which BSDF samples of any of the group find what these samples have found in a direction
-/// at their second surface, of which `value` and `pdf` are.
-Float PathReuse::density_along(int first, Mask lanes, const SpectrumPairs& value, const Pairs& pdf) const {
-  Float sum(0.0f);
-  if (none(lanes)) return sum;
-  for (int step = 0; step < group_; ++step) {
-    const Int from = Int::iota(first) ^ Int(step);
-    // A path ends, too, where its two surfaces have no band in common.
-    Mask goes_on = Mask::none();
-    for (int c = 0; c < kSpectrumLanes; ++c)
-      goes_on |= load(weight_.c[c], step, from) * load(value.c[c], step, from) > 0.0f;
-    sum = fma(load(pdf_, step, from), select_or_zero(lanes & goes_on, load(pdf, step, from)), sum);
-  }
-  return sum;
+/// The pairs of each group's `member` and the second surfaces of samples; sets `lanes` to those that see each
+/// other.
+Int PathReuse::seeing_pairs(int member, Int slot, Mask& lanes) const {
+  const Int place = gather(place_, group_of(slot) + Int(member), lanes);
+  lanes &= place >= 0;
+  const Int pairs = place + (slot & Int(group_ - 1)) * Int(kPadded);
+  lanes &= gather(pdf_.data(), pairs, lanes) > 0.0f;
+  return pairs;
 }
 
-void PathReuse::hand_out(int first, SampleBatch& batch) const {
-  const Int slot = Int::iota(first), shared = Int::load(shared_ + first);
-  // Densities with which any of the group finds what these samples have found.
-  Float point(0.0f);
-  for (int step = 0; step < group_; ++step) point = point + load(pdf_, step, slot ^ Int(step));
-  const Mask beyond = has(shared, kBeyond), sampled = has(shared, kLight);
-  const Float on = density_along(first, beyond | has(shared, kFound), of_on_, pdf_on_);
-  const Float along = density_along(first, and_not(sampled, has(shared, kDelta)), of_light_, pdf_light_);
+/// Light of to_light_ and on_, from second surfaces to the first ones of all of their group that see them.
+void PathReuse::scatter_back(const Packet& seconds) {
+  const Int slot = seconds.slot, shared = gather(shared_, slot);
+  const Vertex second = vertex_at(1, seconds);
+  const Mask sampled = has(shared, kLight), gone_on = has(shared, kFound | kBeyond);
+  const Vec3 to_light = gather_lanes<Vec3>(to_light_, slot, seconds.lanes),
+             on = gather_lanes<Vec3>(on_, slot, seconds.lanes);
+  for (int member = 0; member < group_; ++member) {
+    Mask lanes = seconds.lanes;
+    const Int pairs = seeing_pairs(member, slot, lanes);
+    if (none(lanes)) continue;
+    const Vec3 wo = way(second.surface.p, gather_lanes<Vec3>(first_, group_of(slot) + Int(member), lanes)).w;
+    scatter_along(second, wo, to_light, pairs, lanes & sampled, of_light_, pdf_light_);
+    scatter_along(second, wo, on, pairs, lanes & gone_on, of_on_, pdf_on_);
+  }
+}
+
+void PathReuse::scatter_along(const Vertex& second, Vec3 wo, Vec3 wi, Int pairs, Mask lanes,
+                              SpectrumPairs& value, Pairs& pdf) const {
+  if (none(lanes)) return;
+  const BsdfEval bsdf = eval_scattering(scene_, second, wo, wi, lanes);
+  for (int c = 0; c < kSpectrumLanes; ++c) scatter(bsdf.f_cos.c[c], value.c[c].data(), pairs, lanes);
+  scatter(bsdf.pdf, pdf.data(), pairs, lanes);
+}
+
+/// The density, by direction, with which samples of the BSDF at the second surface find what has been found
+/// there, for a path from the first one.
+Float PathReuse::density_along(Int pairs, Mask lanes, const SpectrumPairs& value, const Pairs& pdf) const {
+  if (none(lanes)) return Float(0.0f);
+  // A path ends, too, where its two surfaces have no band in common.
+  Mask goes_on = Mask::none();
+  for (int c = 0; c < kSpectrumLanes; ++c)
+    goes_on |= gather(weight_.c[c].data(), pairs, lanes) * gather(value.c[c].data(), pairs, lanes) > 0.0f;
+  return gather(pdf.data(), pairs, lanes & goes_on);
+}
+
+/// Of all ways in which the group finds what these samples have found.
+void PathReuse::weigh(const Packet& seconds) {
+  const Int slot = seconds.slot, shared = gather(shared_, slot);
+  const Mask beyond = has(shared, kBeyond), found = has(shared, kFound), sampled = has(shared, kLight),
+             again = and_not(sampled, has(shared, kDelta));
+  Float point(0.0f), on(0.0f), along(0.0f);
+  for (int member = 0; member < group_; ++member) {
+    Mask lanes = seconds.lanes;
+    const Int pairs = seeing_pairs(member, slot, lanes);
+    if (none(lanes)) continue;
+    const Float pdf = gather(pdf_.data(), pairs, lanes);
+    point = point + pdf;
+    on = fma(pdf, density_along(pairs, lanes & (beyond | found), of_on_, pdf_on_), on);
+    along = fma(pdf, density_along(pairs, lanes & again, of_light_, pdf_light_), along);
+  }
   const auto inverse = [](Float density) {
     return select_or_zero(density > 0.0f, 1.0f / max(density, 1e-37f));
   };
-  alignas(64) float of_suffix[kWidth], of_light[kWidth], of_found[kWidth];
-  inverse(select(beyond, on, point)).store(of_suffix);
-  inverse(fma(point, Float::load(light_pdf_ + first), along)).store(of_light);
-  inverse(fma(point, Float::load(found_pdf_ + first), on)).store(of_found);
+  scatter(inverse(select(beyond, on, point)), by_suffix_, slot, seconds.lanes);
+  scatter(inverse(fma(point, gather(light_pdf_, slot, sampled), along)), by_light_, slot, seconds.lanes);
+  scatter(inverse(fma(point, gather(found_pdf_, slot, found), on)), by_found_, slot, seconds.lanes);
+}
 
-  // All partners are of this packet.
-  Spectrum sum = batch.radiance(first);
-  for (int step = 0; step < group_; ++step) {
-    const Int partner = slot ^ Int(step), lane = partner - first;
-    const Mask seen = load(pdf_, step, slot) > 0.0f;
-    const Int what = gather(shared_, partner, seen);
-    const Mask suffix = seen & has(what, kEven | kBeyond), light = seen & has(what, kLight),
-               found = seen & has(what, kFound), on_lanes = seen & has(what, kBeyond);
-    const Float f_suffix = gather(of_suffix, lane), f_light = gather(of_light, lane),
-                f_found = gather(of_found, lane);
-    for (int c = 0; c < kSpectrumLanes; ++c) {
-      Float back = gather(suffix_.c[c], partner, suffix) * f_suffix;
-      if (any(on_lanes)) back = select(on_lanes, back * load(of_on_.c[c], step, slot), back);
-      back = select_or_zero(suffix, back);
-      const auto add = [&](const Lanes<float>& radiance, Float factor, const SpectrumPairs& value,
-                           Mask lanes) {
-        if (none(lanes)) return;
-        const Float more = gather(radiance, partner, lanes) * factor * load(value.c[c], step, slot);
-        back = back + select_or_zero(lanes, more);
-      };
-      add(light_.c[c], f_light, of_light_, light);
-      add(found_.c[c], f_found, of_on_, found);
-      sum.c[c] = sum.c[c] + select_or_zero(seen, load(weight_.c[c], step, slot) * back);
+void PathReuse::hand_out(int place, const Packet& firsts, SampleBatch& batch) const {
+  const Int group = group_of(firsts.slot);
+  Spectrum sum(0.0f);
+  for (int member = 0; member < group_; ++member) {
+    const auto of = [at = pair(member, place)](const Pairs& pairs) {
+      return Float::load_unaligned(pairs.data() + at);
+    };
+    const Mask seen = firsts.lanes & (of(pdf_) > 0.0f);
+    if (none(seen)) continue;
+    const Int partner = group + Int(member), what = gather(shared_, partner, seen);
+    const Mask suffix = seen & has(what, kEven | kBeyond), on = seen & has(what, kBeyond);
+    const auto add = [&](const SpectrumLanes& radiance, const Lanes<float>& factor,
+                         const SpectrumPairs& value, Mask lanes, Spectrum& back) {
+      if (none(lanes)) return;
+      const Float f = gather(factor, partner, lanes);
+      for (int c = 0; c < kSpectrumLanes; ++c) {
+        const Float more = gather(radiance.c[c], partner, lanes) * f;
+        back.c[c] = back.c[c] + select_or_zero(lanes, more * of(value.c[c]));
+      }
+    };
+    Spectrum back(0.0f);
+    if (any(suffix)) {
+      back = gather_lanes<Spectrum>(suffix_, partner, suffix) * gather(by_suffix_, partner, suffix);
+      for (int c = 0; c < kSpectrumLanes; ++c) back.c[c] = select(on, back.c[c] * of(of_on_.c[c]), back.c[c]);
     }
+    add(light_, by_light_, of_light_, seen & has(what, kLight), back);
+    add(found_, by_found_, of_on_, seen & has(what, kFound), back);
+    for (int c = 0; c < kSpectrumLanes; ++c)
+      sum.c[c] = sum.c[c] + select_or_zero(seen, of(weight_.c[c]) * back.c[c]);
   }
-  batch.set_radiance(sum, first);
+  if (last_first_ > 0) {
+    const Mask behind = firsts.lanes & (gather(first_event_, firsts.slot) > 0);
+    sum = select(behind, sum * gather_lanes<Spectrum>(before_, firsts.slot, behind), sum);
+  }
+  batch.add_radiance(sum, firsts.slot, firsts.lanes);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

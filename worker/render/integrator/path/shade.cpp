@@ -112,7 +112,7 @@ void Wavefront::shade(int depth) {
 
     shading_timer_.lap(ShadingPart::kMaterials);
     if (guide_ != nullptr || recorder_ != nullptr) find_guide(e, events, depth);
-    if (reuse_) note_for_reuse(e, hit, depth);
+    if (reuses(depth)) reuse_->at_surface(v, e.hit, e.roulette.y, e.path, hit, depth, batch_);
     const Mask settled = settle(e.path, v, e.hit.t, hit, depth);
     sample_one_light(e, events, settled, depth);
     shading_timer_.lap(ShadingPart::kPaths);
@@ -121,12 +121,6 @@ void Wavefront::shade(int depth) {
     shading_timer_.share(v.surface.material, hit);
   }
   alive_ = kept;
-}
-
-void Wavefront::note_for_reuse(Event& e, Mask hit, int depth) {
-  if (depth == 0) reuse_->at_first(e.vertex, e.path.slot, hit);
-  if (depth == 1) reuse_->at_second(e.vertex, e.path, hit, batch_);
-  if (depth == 2) reuse_->at_third(e.path, hit, batch_);
 }
 
 void Wavefront::find_guide(Event& e, Mask events, int depth) {
@@ -150,8 +144,8 @@ void Wavefront::add_environment(const Event& e, Mask missed, int depth) {
           light_pdf(scene_.lights, Int(light), e.reference, direction, e.reference.p, direction, weighed) *
           pick_pmf(scene_.lights, Int(light), e.reference, weighed);
       weight = select(weighed, power_heuristic(e.path.pdf, pdf), weight);
-      if (reuse_ && depth == 2 && shares_sky())
-        weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed), 0.0f, weight);
+      if (reuses(depth) && shares_sky())
+        weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed, depth), 0.0f, weight);
     }
     sum += radiance * weight;
     if (tells_layers(scene_)) {
@@ -173,8 +167,8 @@ void Wavefront::add_emission(const Event& e, Mask hit, int depth) {
                                 surface.ng, weighed) *
                       pick_pmf(scene_.lights, surface.light, e.reference, weighed);
     Float weight = select(weighed, power_heuristic(e.path.pdf, pdf), 1.0f);
-    if (reuse_ && depth == 2)
-      weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed), 0.0f, weight);
+    if (reuses(depth))
+      weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed, depth), 0.0f, weight);
     radiance *= weight;
   }
   if (scene_.lights.any_interpolated) {
@@ -212,13 +206,13 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
     contribution *=
         interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
   }
-  if (reuse_ && depth == 1) {
+  if (reuses(depth)) {
     Mask lanes = reachable;
     if (!shares_sky()) {
       const Int kind = kind_of(scene_.lights, choice.light, reachable);
       lanes = and_not(lanes, kind == static_cast<std::int32_t>(LightKind::kInfinite));
     }
-    const Mask shared = reuse_->share_light(e.path.slot, light.wi, pdf, light.delta, lanes, batch_);
+    const Mask shared = reuse_->share_light(e.path.slot, light.wi, pdf, light.delta, lanes, depth, batch_);
     contribution = select(shared, light.radiance, contribution);
   }
   const Mask shines = and_not(reachable, is_black(contribution));
@@ -318,7 +312,11 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   if (depth > kRouletteStart) {
     const Float number =
         scene_.any_mix ? e.roulette.x : e.sampler.get_2d(e.first_pair + dimension::kRoulette).x;
-    alive &= survive_roulette(next.beta, next.roulette_scale, number);
+    const Mask spared = reuses(depth) ? reuse_->spared(next.slot, events, depth) : Mask::none();
+    Spectrum raised = next.beta;
+    const Mask survives = survive_roulette(raised, next.roulette_scale, number);
+    next.beta = select(spared, next.beta, raised);
+    alive &= survives | spared;
   }
 
   if (recorder_ != nullptr) {

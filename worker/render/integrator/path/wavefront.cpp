@@ -30,10 +30,9 @@ void Wavefront::advance(int depth) {
     transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
   }
   if (reuse_ && depth == 0) reuse_->begin(paths_, hits_, alive_);
-  if (reuse_ && depth == 1) reuse_->keep_second(paths_, hits_, alive_);
   shade(depth);
   trace_to_lights(depth);
-  if (reuse_ && depth == 1) reuse_->lights_traced(batch_);
+  if (reuses(depth)) reuse_->lights_traced(depth, batch_);
   if (recorder_ != nullptr) recorder_->all_found(batch_, paths_, alive_);
 }
 

@@ -63,12 +63,13 @@ class Wavefront : public Integrator {
 
   // The steps of shade(), for 16 paths; see shade.cpp.
   struct Event;
-  void note_for_reuse(Event& e, Mask hit, int depth);
   void find_guide(Event& e, Mask events, int depth);
   void add_environment(const Event& e, Mask missed, int depth);
   void add_emission(const Event& e, Mask hit, int depth);
   void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
+  /// Whether paths may share what they find at this event.
+  bool reuses(int depth) const { return reuse_ && reuse_->follows(depth); }
   /// Whether light of the sky has but one density, in sharing.
   bool shares_sky() const { return scene_.lights.infinite_lights.size() <= 1; }
   Int state_behind(const Event& e, Vec3 wi, int depth, Mask lanes) const;
