@@ -243,7 +243,7 @@ TEST(PathSharing, APilotDecides) {
   EXPECT_EQ(alone.first, rendered(open, v1::PATH_SHARING_OFF).first);
   EXPECT_EQ(alone.second,
             "pixels do not share light: a pilot finds 1.00 times the efficiency (standard error 0 %)");
-  // What pilots found: of 8 pixels in coffee and in cornell-box, and what was chance in first-light, whose
+  // Pilots found these: for 8 pixels in coffee and in cornell-box, and by chance in first-light, whose
   // gain is 0.7.
   EXPECT_FALSE((render::SharingPilot{.noise = 0.968, .rays = 1.325}.pays()));
   EXPECT_GT((render::SharingPilot{.noise = 0.180, .rays = 1.695}.gain()), 2);

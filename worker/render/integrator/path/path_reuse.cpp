@@ -343,7 +343,7 @@ Float PathReuse::density_along(Int pairs, Mask lanes, const SpectrumPairs& value
   return gather(pdf.data(), pairs, lanes & goes_on);
 }
 
-/// Of all ways in which the group finds what these samples have found.
+/// Sums the densities of all ways in which the group finds what these samples have found.
 void PathReuse::weigh(const Packet& seconds) {
   const Int slot = seconds.slot, shared = gather(shared_, slot);
   const Mask beyond = has(shared, kBeyond), found = has(shared, kFound), sampled = has(shared, kLight),

@@ -130,10 +130,10 @@ class PathReuse {
   Lanes<float> light_pdf_, found_pdf_;      // with which samples of lights find that
   SpectrumLanes suffix_;                    // kEven: what is sent back; kBeyond: what comes along on_
   Lanes<float> by_light_, by_found_, by_suffix_;  // one over the densities with which the group finds these
-  // Those that take part: with a first surface, with a second one that scatters evenly, with others
+  // Samples that take part: with a first surface, with a second one that scatters evenly, with others
   Samples firsts_, evens_, glossies_;
   Lanes<std::int32_t> place_;  // of a sample in firsts_, or -1
-  // Of pairs
+  // One for each pair
   Pairs pdf_;             // by area of the second surface; 0: not found from there
   SpectrumPairs weight_;  // of light that is sent back there
   // For directions to_light_ and on_ at the second surface, seen from the first: factors and densities; where
