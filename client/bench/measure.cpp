@@ -9,8 +9,8 @@
 #include "base/cpu_time.h"
 #include "image/assemble.h"
 #include "image/flip.h"
-#include "wire/algorithm.h"
 #include "wire/aov_channels.h"
+#include "wire/job_check.h"
 
 namespace tessera::client {
 namespace {
@@ -129,7 +129,7 @@ absl::StatusOr<Image> assemble_image(const v1::JobSpec& spec, std::uint32_t spp,
 }
 
 std::string kind_of(const BenchVariantResult& variant) {
-  return variant.denoised ? "biased" : wire::kind_of(variant.spec.content().algorithms().integrator());
+  return variant.denoised ? "biased" : wire::kind_of(variant.spec.content().algorithms());
 }
 
 absl::StatusOr<std::vector<BenchVariantResult>> measure_variants(

@@ -198,6 +198,10 @@ void define_job_options(options::Command& command, RenderOptions& options) {
            "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
   add_word(command, "--direct-light", job.direct_light,
            "estimator of direct light: mis (light and BSDF sampling) or bsdf (no light sampling)");
+  add_word(
+      command, "--glass-shadows", job.glass_shadows,
+      "light on its way to a surface passes clear glass: traced (as paths find it by chance) or straight "
+      "(unbent: far less noise behind panes, an approximation behind other glass)");
   add_word(command, "--light-selection", job.light_selection,
            "probabilities of lights: auto, tree, mixed, power or uniform");
   add_word(command, "--traversal", job.traversal, "trace rays by packet or single");

@@ -32,6 +32,7 @@ constexpr std::array kAlgorithms{
                     .first_hit_aovs = true,
                     .layers = LayerStates::kFromCamera,
                     .shadow_layers = true,
+                    .straight_shadows = true,
                     .bsdf_lighting = true},
     AlgorithmTraits{.name = "volpath",
                     .summary = "paths from the camera, through media too",
@@ -42,6 +43,7 @@ constexpr std::array kAlgorithms{
                     .first_hit_aovs = true,
                     .layers = LayerStates::kFromCamera,
                     .shadow_layers = true,
+                    .straight_shadows = true,
                     .bsdf_lighting = true},
     AlgorithmTraits{.name = "light",
                     .summary = "paths from the lights, over surfaces: caustics",
@@ -155,9 +157,12 @@ constexpr std::array kAlgorithms{
                     .summary = "paths from the camera that learn where light comes from, through media too",
                     .media = true,
                     .noise = true,
+                    .scatters = true,
+                    .shares_paths = true,
                     .first_hit_aovs = true,
                     .layers = LayerStates::kFromCamera,
                     .shadow_layers = true,
+                    .straight_shadows = true,
                     .bsdf_lighting = true,
                     .own_settings = OwnSettings::kGuiding,
                     .phases = kGuidePhases},
@@ -196,11 +201,6 @@ const AlgorithmTraits* find_algorithm(std::string_view name) {
   const auto it = std::find_if(all.begin(), all.end(),
                                [&](const AlgorithmTraits& algorithm) { return name == algorithm.name; });
   return it == all.end() ? nullptr : &*it;
-}
-
-std::string kind_of(std::string_view name) {
-  const AlgorithmTraits* const algorithm = find_algorithm(name);
-  return algorithm == nullptr ? "" : word_of(algorithm->bias);
 }
 
 absl::Status check_algorithm_name(const std::string& name) {

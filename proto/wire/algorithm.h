@@ -63,8 +63,9 @@ struct AlgorithmTraits {
   bool shares_paths = false;    // neighbouring pixels may share light (RenderSettings.path_sharing)
   bool first_hit_aovs = false;  // gives albedo, normal and depth of what a camera ray meets
   LayerStates layers = LayerStates::kNone;
-  bool shadow_layers = false;    // has layers of light that something is in the way of (layers/layer_rule.h)
-  bool strategy_layers = false;  // has layers of single strategies
+  bool shadow_layers = false;     // has layers of light that something is in the way of (layers/layer_rule.h)
+  bool strategy_layers = false;   // has layers of single strategies
+  bool straight_shadows = false;  // light may pass clear glass unbent (RenderSettings.glass_shadows)
   bool bsdf_lighting =
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
   bool samples_all_light = false;  // light sampling must find all light: none is left to BSDF sampling
@@ -88,9 +89,6 @@ std::string description_of(const AlgorithmTraits& algorithm);
 
 /// The algorithm with this name, the default where it is empty; null where there is none.
 const AlgorithmTraits* find_algorithm(std::string_view name);
-
-/// The word for its bias; empty where there is no algorithm with this name.
-std::string kind_of(std::string_view name);
 
 /// InvalidArgument, naming all that there are, where there is none with this name.
 absl::Status check_algorithm_name(const std::string& name);

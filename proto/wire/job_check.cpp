@@ -71,6 +71,8 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   if (!algorithm->bsdf_lighting && asked.direct_light() == v1::DIRECT_LIGHT_BSDF) {
     return cannot("has its own way to find direct light: 'bsdf' is not for it");
   }
+  if (!algorithm->straight_shadows && asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
+    return cannot("finds light by more than rays to it: glass_shadows 'straight' is not for it");
   if (!algorithm->first_hit_aovs) {
     for (const int aov : spec.view().aovs()) {
       if (is_first_hit(static_cast<v1::AOV>(aov)))
@@ -176,6 +178,12 @@ absl::Status allows_sharing(const v1::JobSpec& spec) {
         "path_sharing does not go with layers: shared light does not tell by which path it came");
   }
   return absl::OkStatus();
+}
+
+std::string kind_of(const v1::Algorithms& asked) {
+  const AlgorithmTraits* const algorithm = find_algorithm(asked.integrator());
+  if (algorithm == nullptr) return "";
+  return word_of(asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT ? Bias::kBiased : algorithm->bias);
 }
 
 std::uint32_t sample_bits_of(const v1::JobSpec& spec) {

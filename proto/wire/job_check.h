@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "absl/status/status.h"
 #include "tessera/v1/job.pb.h"
@@ -15,6 +16,9 @@ namespace tessera::wire {
 /// sample_bits that do not go with the sampler; or settings of single algorithms that are not right
 /// (own_settings.h).
 absl::Status check_settings(const v1::JobSpec& spec);
+
+/// The word for the bias of pictures that are made so; empty where there is no algorithm of that name.
+std::string kind_of(const v1::Algorithms& asked);
 
 /// InvalidArgument where pixels cannot share light in this job (RenderSettings.path_sharing).
 absl::Status allows_sharing(const v1::JobSpec& spec);

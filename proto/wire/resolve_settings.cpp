@@ -30,6 +30,8 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   if (accelerator == v1::ACCELERATOR_GRID) algorithms.set_grid_density(wishes.grid_density());
   const v1::Nesting nesting = or_default(wishes.nesting());
   algorithms.set_nesting(nesting == v1::NESTING_AUTO ? v1::NESTING_UNSPECIFIED : nesting);
+  if (wishes.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
+    algorithms.set_glass_shadows(v1::GLASS_SHADOWS_STRAIGHT);
   algorithms.set_texture_filter(or_default(wishes.texture_filter()));
   resolve_own_settings(wishes, algorithms);
   v1::JobSpec::View& view = *job.mutable_view();

@@ -98,6 +98,8 @@ def make_spec(
         algorithms.grid_density = wishes.grid_density
     if wishes.nesting != settings_pb2.NESTING_AUTO:
         algorithms.nesting = wishes.nesting
+    if wishes.glass_shadows == settings_pb2.GLASS_SHADOWS_STRAIGHT:
+        algorithms.glass_shadows = wishes.glass_shadows
     algorithms.texture_filter = wishes.texture_filter or settings_pb2.TEXTURE_FILTER_BILINEAR
 
     spec.samples.spp = wishes.spp or 16
@@ -123,7 +125,7 @@ def make_spec(
         view.path_sharing = wishes.path_sharing
     elif (
         wishes.path_sharing != settings_pb2.PATH_SHARING_OFF
-        and integrator in ("path", "volpath")
+        and integrator in ("path", "volpath", "guided")
         and not wishes.layers
         and "variance" not in aovs
     ):

@@ -21,7 +21,6 @@
 #include "denoise/denoise.h"
 #include "image/assemble.h"
 #include "image/exr/rows.h"
-#include "wire/algorithm.h"
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
 #include "wire/job_check.h"
@@ -129,7 +128,7 @@ RenderInfo render_info(const v1::JobSpec& spec, const v1::JobStatus& status) {
   info.spp = spec.samples().spp();
   info.seed = spec.view().seed();
   info.integrator = spec.content().algorithms().integrator();
-  info.integrator_kind = wire::kind_of(info.integrator);
+  info.integrator_kind = wire::kind_of(spec.content().algorithms());
   info.choice = base::printable(choice_in_one_line(spec));
   info.sampler = wire::word_of(spec.view().sampler());
   info.isa = status.isa();

@@ -69,6 +69,7 @@ v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSetting
   asked.set_nesting(request.nesting);
   asked.set_reconstruction(request.reconstruction);
   asked.set_path_sharing(request.path_sharing);
+  asked.set_glass_shadows(request.glass_shadows);
   asked.set_texture_filter(request.texture_filter);
   if (request.texture_footprint) asked.set_texture_footprint(*request.texture_footprint);
   v1::RenderSettings wishes = scene;
@@ -272,6 +273,8 @@ std::set<v1::AOV> aovs_of(const JobSettings& request) {
 
 void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
   const wire::AlgorithmTraits& algorithm = *wire::find_algorithm(spec.content().algorithms().integrator());
+  if (spec.content().algorithms().glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
+    warnings.push_back("light passes clear glass unbent (glass_shadows): the picture is an approximation");
   if (algorithm.bias != wire::Bias::kBiased) return;
   warnings.push_back(absl::StrCat("integrator '", algorithm.name,
                                   "' is biased: no number of samples makes its picture the right one"));

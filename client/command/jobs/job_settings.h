@@ -49,6 +49,7 @@ struct JobSettings {
   bool several_integrators = false;
   v1::Reconstruction reconstruction{};
   v1::PathSharing path_sharing{};
+  v1::GlassShadows glass_shadows{};
   std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
   std::optional<DenoiseMethod> denoise;  // of the picture, once it is rendered

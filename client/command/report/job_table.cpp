@@ -16,8 +16,8 @@
 #include "command/report/table.h"
 #include "command/report/time_spent.h"
 #include "farm/farm_client.h"
-#include "wire/algorithm.h"
 #include "wire/enum_words.h"
+#include "wire/job_check.h"
 
 namespace tessera::client {
 
@@ -250,8 +250,8 @@ std::string job_text(const v1::GetJobResponse& job) {
   lines.add("film", absl::StrCat(spec.view().width(), "x", spec.view().height(), ", ", spec.samples().spp(),
                                  " samples a pixel", noise_text(spec.samples().noise())));
   const std::string& integrator = spec.content().algorithms().integrator();
-  lines.add("integrator", absl::StrCat(integrator, " (", wire::kind_of(integrator), "), depth ",
-                                       spec.view().max_depth(), ", seed ", spec.view().seed()));
+  lines.add("integrator", absl::StrCat(integrator, " (", wire::kind_of(spec.content().algorithms()),
+                                       "), depth ", spec.view().max_depth(), ", seed ", spec.view().seed()));
   if (const v1::AutoChoice& choice = spec.farm().auto_choice(); spec.farm().has_auto_choice()) {
     lines.add("chosen", choice_text(spec));
     for (const v1::AutoChoice::Candidate& candidate : choice.candidates())

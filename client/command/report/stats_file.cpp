@@ -6,7 +6,7 @@
 
 #include "command/report/choice_text.h"
 #include "image/atomic_file.h"
-#include "wire/algorithm.h"
+#include "wire/job_check.h"
 #include "wire/unit_counts.h"
 
 namespace tessera::client {
@@ -72,7 +72,7 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
   json["height"] = statistics.spec.view().height();
   const std::string& integrator = statistics.spec.content().algorithms().integrator();
   json["integrator"] = integrator;
-  json["integrator_kind"] = wire::kind_of(integrator);
+  json["integrator_kind"] = wire::kind_of(statistics.spec.content().algorithms());
   if (statistics.spec.farm().has_auto_choice()) json["auto"] = choice_json(statistics.spec);
   json["isa"] = statistics.status.isa();
   json["scene_digest"] = statistics.spec.content().scene();

@@ -5,6 +5,7 @@
 #include <iterator>
 #include <string>
 
+#include "absl/strings/str_cat.h"
 #include "statistical/reference/picture.h"
 #include "support/picture/phases.h"
 
@@ -42,9 +43,9 @@ PictureRequest request_of(const std::string& scene, const std::string& integrato
   return request;
 }
 
-Picture guided(PictureRequest request) {
+Picture guided(PictureRequest request, const char* sharing = "OFF") {
   request.integrator = "guided";
-  request.settings = kLearned;
+  request.settings = absl::StrCat(kLearned, " path_sharing: PATH_SHARING_", sharing);
   return measure_picture(request);
 }
 
@@ -76,6 +77,17 @@ TEST(Guided, PathsOfAnyLengthAreUnbiased) {
   PictureRequest path = request_of(kRoom, "path");
   path.max_depth = 12;
   expect_same(measure_picture(path), guided(path));
+}
+
+/// Neighbours are joined by the densities of both, and share what guides have found.
+TEST(Guided, PathsThatPixelsShareAreUnbiased) {
+  PictureRequest path = request_of(kRoom, "path");
+  path.max_depth = 12;
+  const Picture plain = measure_picture(path);
+  expect_same(plain, guided(path, "8"));
+  const Picture shared = guided(path, "16");
+  expect_same(plain, shared);
+  EXPECT_LT(variance_of(shared), variance_of(plain));
 }
 
 TEST(Guided, LampsAndSolidsAreThoseOfPathTracing) {

@@ -107,7 +107,8 @@ class Bsdf {
   /// With kPrepared: completes the slots of `lanes` once constants and textures are in them.
   virtual void prepare(const TexturePoint&, Mask, BsdfParams&) const {}
   /// With kPassesStraight: the light, met under |cosine| with the shading normal, that is not scattered at
-  /// all in volumetric scenes. There, sample() with u_lobe = 0 scatters the rest.
+  /// all in volumetric scenes. There, sample() with u_lobe = 0 scatters the rest. Of clear glass: what passes
+  /// one surface, seen from outside, unbent (SceneTables::straight_shadows).
   virtual Passing passing(const BsdfParams&, Float) const { return {Float(0.0f), Spectrum(1.0f)}; }
 };
 

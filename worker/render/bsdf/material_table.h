@@ -119,6 +119,12 @@ struct ExtendedRecord {
   ScalarSlot further[kFurtherScalars];
 };
 
+/// A smooth dielectric or a thin sheet of one, all of it.
+inline bool is_clear_glass(const MaterialRecord& material) {
+  return (material.kind == BsdfKind::kDielectric || material.kind == BsdfKind::kThinDielectric) &&
+         (material.flags & kAllDelta) != 0;
+}
+
 struct MaterialTable {
   std::vector<MaterialRecord> materials;
   std::vector<ExtendedRecord> extended;

@@ -224,12 +224,16 @@ class BuiltScene final : public RenderScene {
         sharing_(job.view().path_sharing()),
         tables_(content_->tables) {}
 
-  /// What keeps pixels from sharing light: paths see time, or random numbers beside those that they share.
+  /// What keeps pixels from sharing light: how much of it gets from one surface to another is not known, or
+  /// not in one number.
   std::string_view unshared_because() const {
-    if (tables_.volumetric) return "media";
-    if (tables_.any_motion) return "motion";
-    if (tables_.any_opacity) return "surfaces of some opacity";
-    if (tables_.lights.any_interpolated) return "lamps with interpolated normals";
+    if (!tables_.volumetric) return "";
+    if (!tables_.media.media.empty()) return "media";
+    const auto has = [](const auto& records, std::int32_t flags) {
+      return std::ranges::any_of(records, [&](const auto& one) { return (one.flags & flags) == flags; });
+    };
+    if (has(tables_.materials.materials, kPassesStraight | kTinted)) return "tinted sheets of glass";
+    if (has(tables_.shapes.shapes, kHasAlpha)) return "shapes with holes beside materials of some opacity";
     return "";
   }
 

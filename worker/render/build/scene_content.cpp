@@ -96,18 +96,19 @@ struct ArrayBuilders {
 namespace {
 
 /// Sets the flags that paths look at before they begin, from all materials and media.
-void set_path_traits(const SceneArrays& arrays, bool sees_media, SceneTables& tables) {
+void set_path_traits(const SceneArrays& arrays, const Settings& settings, SceneTables& tables) {
   for (const MaterialRecord& material : arrays.materials.materials) {
     tables.any_textures = tables.any_textures || (material.flags & kHasTextures);
     tables.any_tangents = tables.any_tangents || (material.flags & (kHasBump | kAnisotropic)) ||
                           material.upper_normal_texture >= 0;
     tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
     tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
+    tables.straight_shadows |= settings.straight_shadows && is_clear_glass(material);
     // Materials that are no surface matter in media only.
-    if (!sees_media || material.kind == kNoSurface) continue;
+    if (!settings.algorithm->media || material.kind == kNoSurface) continue;
     tables.volumetric = tables.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
   }
-  tables.volumetric = tables.volumetric || !arrays.media.media.empty();
+  tables.volumetric = tables.volumetric || tables.straight_shadows || !arrays.media.media.empty();
   tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
 }
 
@@ -306,7 +307,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
     const DiffuseSceneNames names{builders.shapes.names(), content.material_names};
     if (auto s = make_diffuse(settings, names, arrays, content.warnings); !s.ok()) return s;
   }
-  set_path_traits(arrays, settings.algorithm->media, content.tables);
+  set_path_traits(arrays, settings, content.tables);
   group_for_shading(arrays.shapes, arrays.materials, content.tables);
   if (parts_->options.geometry_read) parts_->options.geometry_read();
 

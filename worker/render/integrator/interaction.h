@@ -39,6 +39,14 @@ TESSERA_INLINE Mask reflects_only(const Interaction& at) {
   return and_not((at.flags & kReflectsOnly) != 0, (at.flags & kMixed) != 0);
 }
 
+/// Lanes whose density of samples is only an estimate.
+TESSERA_INLINE Mask estimates_density(const Interaction& at, Mask active) {
+  const Mask second = active & ((at.flags & kMixed) != 0);
+  Mask result = active & ((at.flags & kEstimatedDensity) != 0);
+  if (any(second)) result |= second & ((at.second.flags & kEstimatedDensity) != 0);
+  return result;
+}
+
 /// eval_bsdf() of lanes of any kind.
 BsdfEval eval_any_bsdf(const Interaction& at, Vec3 wo, Vec3 wi, Mask active, Transport transport);
 /// f |cos| and pdf in render space.

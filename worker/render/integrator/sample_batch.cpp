@@ -38,6 +38,18 @@ PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
   return {steps(sample.offset.x), steps(sample.offset.y), sample.weight};
 }
 
+namespace {
+
+/// That of its first pixel, for all of each `group`: what neighbours share is light of one time.
+Float time_of_group(Float time, int group) {
+  if (group == 1) return time;
+  alignas(64) float times[kWidth];
+  time.store(times);
+  return gather(times, Int::iota(0) & Int(-group), Mask::all());
+}
+
+}  // namespace
+
 bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places,
                         std::optional<float> shared_time) {
   name_next(source, most);
@@ -46,6 +58,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
   static_assert(sizeof(SampleName) == 16);
   SamplerConfig config = scene_.sampler;
   config.seed = seed_;
+  const int group = source.group().count();
   for (int slot = 0; slot < size_; slot += kWidth) {
     const auto* first = reinterpret_cast<const std::int32_t*>(names_ + slot);
     const Int4 name = gather4(first, Int::iota(0) * 4, Mask::all());
@@ -71,7 +84,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
         weight = filter.weight;
       }
       if (scene_.camera.lens_radius > 0) lens = sampler.get_2d(dimension::kLens);
-      if (scene_.any_motion) time = shared_time ? Float(*shared_time) : sampler.get_2d(dimension::kTime).x;
+      if (scene_.any_motion)
+        time = shared_time ? Float(*shared_time) : time_of_group(sampler.get_2d(dimension::kTime).x, group);
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
       film = {fma(to_float(place.x), 1.0f / kPlaceSteps, film.x),

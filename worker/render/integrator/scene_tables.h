@@ -94,8 +94,10 @@ struct SceneTables {
   bool any_filtered = false;  // some texture or bump map is looked up by footprints
   bool any_mix = false;
   bool any_opacity = false;  // some material lets part of the light straight through
-  // Paths look for media and for surfaces that light passes without being scattered.
+  // Paths, or rays to lights, look for media and for surfaces that light passes without being scattered.
   bool volumetric = false;
+  // Light passes clear glass (MaterialRecord::is_clear_glass()) unbent on its way to what it lights.
+  bool straight_shadows = false;
   bool any_motion = false;  // of the camera or of shapes: paths have times
 };
 

@@ -20,6 +20,7 @@ class DielectricBsdf final : public Bsdf {
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
+  Passing passing(const BsdfParams& params, Float cosine) const override;
 };
 
 /// Index of the side that wo is not on over that of wo's side.
@@ -121,6 +122,11 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   result.weight = transported(transport, result.transmission, eta, result.weight);
   result.wi = mirror_if(below, result.wi);
   return result;
+}
+
+Passing DielectricBsdf::passing(const BsdfParams& params, Float cosine) const {
+  return {1.0f - fresnel_dielectric(cosine, params.scalars[slot::kEta]).reflectance,
+          tinted(params, Mask::none(), Spectrum(1.0f))};
 }
 
 const Bsdf& dielectric_bsdf() {

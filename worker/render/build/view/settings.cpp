@@ -105,6 +105,7 @@ Settings read_settings(const v1::JobSpec& job) {
   Settings result;
   result.algorithm = wire::find_algorithm(asked.integrator());
   result.structure = structure_of(asked.accelerator());
+  result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
   if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
   result.nesting = asked.nesting();
   result.intersection = asked.intersection();

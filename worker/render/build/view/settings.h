@@ -30,6 +30,7 @@ struct Settings {
   bool single_rays = false;                             // rays are traced one by one
   TexelFilter texture_filter = TexelFilter::kBilinear;  // of images that name none
   LightSelection light_selection = LightSelection::kAuto;
+  bool straight_shadows = false;  // light passes clear glass unbent
   PhotonConfig photon;
   MetropolisConfig metropolis;
 };

@@ -128,7 +128,7 @@ void Bidirectional::shade(int depth) {
 void Bidirectional::trace_joins(int depth) {
   const StageTimer timer(stats_.times, Stage::kShadow);
   if (scene_.volumetric) {
-    transit_.march(joins_, join_hits_, depth, [&](const WideConnection& ray, Mask arrived) {
+    transit_.march(Passenger::kPath, joins_, join_hits_, depth, [&](const WideConnection& ray, Mask arrived) {
       batch_.add_each(ray.contribution, ray.slot, arrived);
       if (tells_layers(scene_)) batch_.add_to_layers(ray, arrived);
     });

@@ -88,7 +88,7 @@ void PathMaker::queue(const PathBatch& batch, WideConnection ray, Int slot, std:
 void PathMaker::trace_joins(PathBatch& batch) {
   const StageTimer timer(stats_.times, Stage::kShadow);
   if (scene_.volumetric) {
-    transit_.march(joins_, join_hits_, 0, [&](const WideConnection& ray, Mask arrived) {
+    transit_.march(Passenger::kPath, joins_, join_hits_, 0, [&](const WideConnection& ray, Mask arrived) {
       scatter_lanes(ray.contribution, batch.light, ray.slot, arrived);
     });
     return;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "render/integrator/guide/guided_event.h"
 #include "render/integrator/path/packing.h"
 #include "render/integrator/stage_timer.h"
 
@@ -25,10 +26,23 @@ TESSERA_INLINE Mask has(Int bits, std::int32_t some) { return (bits & Int(some))
 /// In first_event_: no surface yet that can be joined to others.
 constexpr std::int32_t kNone = -3;
 
+/// Lanes whose vertex is one that neighbours can be joined to: the density of what is found from it is known.
+TESSERA_INLINE Mask shareable(const Vertex& v, Mask lanes) {
+  const Mask joined = joinable(v, lanes);
+  return and_not(joined, estimates_density(v.at, joined));
+}
+
 }  // namespace
 
-PathReuse::PathReuse(const IntegratorContext& context, int group)
-    : scene_(context.scene), rays_(context.rays), stats_(context.stats), group_(group) {
+PathReuse::PathReuse(const IntegratorContext& context, int group, const GuideField* guide, Transit& transit,
+                     HitState& room)
+    : scene_(context.scene),
+      rays_(context.rays),
+      stats_(context.stats),
+      group_(group),
+      guide_(guide),
+      transit_(transit),
+      room_(room) {
   const std::size_t pairs = pair(group, 0);
   for (Pairs* one : {&pdf_, &pdf_light_, &pdf_on_}) one->resize(pairs);
   for (SpectrumPairs* each : {&weight_, &of_light_, &of_on_}) {
@@ -46,27 +60,31 @@ void PathReuse::begin(const PathState& paths, const HitState& hits, int n) {
   for_each_component(copy, paths.origin, origin_[0]);
   for_each_component(copy, paths.direction, direction_[0]);
   HitState::for_each(copy, hits, hits_[0]);
+  if (scene_.any_motion) copy(paths.time, time_);
   std::fill_n(first_event_, kPadded, kNone);
   std::fill_n(shared_, kPadded, 0);
   for (auto& lanes : own_.c) std::fill_n(lanes, n, 0.0f);
 }
 
-void PathReuse::at_surface(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes, int depth,
-                           SampleBatch& batch) {
+void PathReuse::at_surface(const Vertex& v, const Hit& hit, Float mix, const Guided& guided, WidePath& path,
+                           Mask lanes, int depth, SampleBatch& batch) {
   const Int event = gather(first_event_, path.slot, lanes);
-  if (const Mask now = lanes & (event == Int(kNone)); any(now)) at_first(v, hit, mix, path, now, depth);
+  if (const Mask now = lanes & (event == Int(kNone)); any(now))
+    at_first(v, hit, mix, guided, path, now, depth);
   if (const Mask now = lanes & (event == Int(depth - 1)); any(now)) at_second(v, hit, mix, path, now, batch);
-  if (const Mask now = lanes & (event == Int(depth - 2)); any(now)) at_third(path, now, batch);
+  if (const Mask now = lanes & (event == Int(depth - 2)); any(now)) at_third(v, path, now, batch);
 }
 
-void PathReuse::at_first(const Vertex& v, const Hit& hit, Float mix, const WidePath& path, Mask lanes,
-                         int depth) {
-  const Mask joined = joinable(v, lanes);
+void PathReuse::at_first(const Vertex& v, const Hit& hit, Float mix, const Guided& guided,
+                         const WidePath& path, Mask lanes, int depth) {
+  const Mask joined = shareable(v, lanes);
   if (any(and_not(lanes, joined))) last_mirror_ = depth;
   if (none(joined)) return;
   last_first_ = depth;
   scatter(Int(depth), first_event_, path.slot, joined);
   scatter_lanes(v.surface.p, first_, path.slot, joined);
+  if (guide_ != nullptr)
+    scatter(select(guided.followed, guided.density, Int(-1)), density_, path.slot, joined);
   if (depth == 0) {  // begin() has the rest
     if (scene_.any_mix) scatter(mix, mix_[0], path.slot, joined);
     return;
@@ -100,7 +118,7 @@ TESSERA_INLINE void begin_anew(WidePath& path, Mask lanes) {
 
 void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes,
                           SampleBatch& batch) {
-  const Mask found = joinable(v, lanes) & (path.pdf > 0.0f);
+  const Mask found = shareable(v, lanes) & (path.pdf > 0.0f);
   const Mask lambertian =
       reflects_only(v.at) & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kHasBump) == 0);
   const Mask even = found & lambertian;
@@ -120,9 +138,12 @@ void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& 
   begin_anew(path, bright);
 }
 
-void PathReuse::at_third(WidePath& path, Mask lanes, SampleBatch& batch) {
+void PathReuse::at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatch& batch) {
   const Int shared = gather(shared_, path.slot, lanes);
-  const Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
+  Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
+  // What is behind glass is weighed against samples of lights from here, which it lets pass.
+  if (scene_.straight_shadows)
+    taken = and_not(taken, clear_glass_at(scene_, v.surface, path.direction, taken));
   if (none(taken)) return;
   any_shared_ = true;
   scatter(shared | Int(kBeyond), shared_, path.slot, taken);
@@ -189,6 +210,8 @@ void PathReuse::finish(SampleBatch& batch, ConnectionQueue& queue) {
   list_samples();
   for_each_packet(firsts_, [&](int place, const Packet& firsts) { join(place, firsts, queue); });
   trace(queue);
+  if (scene_.volumetric)
+    for_each_packet(firsts_, [&](int place, const Packet& firsts) { see_own(place, firsts); });
   for_each_packet(glossies_, [&](int, const Packet& seconds) { scatter_back(seconds); });
   for (const Samples* seconds : {&glossies_, &evens_})
     for_each_packet(*seconds, [&](int, const Packet& packet) { weigh(packet); });
@@ -242,10 +265,10 @@ Vertex PathReuse::vertex_at(int event, const Packet& samples) const {
              direction = gather_lanes<Vec3>(direction_[event], samples.slot, samples.lanes);
   Hit hit;
   HitState::for_each([&](const auto& from, auto& to) { to = load(from); }, hits_[event], hit);
-  hit.time = Float(0.0f);
+  hit.time = scene_.any_motion ? load(time_) : Float(0.0f);
   Vertex v;
   v.wo = -direction;
-  v.time = Float(0.0f);
+  v.time = hit.time;
   v.surface = surface_at(scene_.shapes, hit, origin, direction, samples.lanes, scene_.any_tangents);
   const Float mix = scene_.any_mix ? load(mix_[event]) : Float(0.0f);
   interact(scene_, v.surface, v.wo, mix, samples.lanes, v.at);
@@ -255,6 +278,11 @@ Vertex PathReuse::vertex_at(int event, const Packet& samples) const {
 void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
   const Int slot = firsts.slot, group = group_of(slot), event = gather(first_event_, slot);
   const Vertex v = vertex_at(0, firsts);
+  Guided guided;
+  if (guide_ != nullptr) {
+    guided.density = gather(density_, slot, firsts.lanes);
+    guided.followed = guided.known = firsts.lanes & (guided.density >= 0);
+  }
   // One second surface of each group after the other: rays to one point are followed together.
   for (int member = 0; member < group_; ++member) {
     const Int partner = group + Int(member);
@@ -268,18 +296,22 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
       const Way to = way(v.surface.p, p);
       const Float cosine = -dot(ng, to.w);
       lanes &= (to.squared > 0.0f) & (cosine > 0.0f) & (dot(ns, to.w) < 0.0f);
-      const BsdfEval bsdf = eval_scattering(scene_, v, to.w, lanes);
+      BsdfEval bsdf = eval_scattering(scene_, v, to.w, lanes);
+      if (guide_ != nullptr) bsdf.pdf = mixed_pdf(*guide_, guided, to.w, bsdf.pdf, lanes);
       // Where nothing is scattered, paths end.
       lanes = and_not(lanes & (bsdf.pdf > 0.0f), is_black(bsdf.f_cos));
       const Float by_area = cosine / select(lanes, to.squared, 1.0f);
       pdf = select_or_zero(lanes, bsdf.pdf * by_area);
+      if (scene_.volumetric) pdf = -pdf;
       weight = select(lanes, bsdf.f_cos * by_area, Spectrum(0.0f));
-      if (const Mask others = lanes & (partner != slot); any(others)) {
+      // How much gets through counts for the sample's own second surface as well.
+      if (const Mask asked = scene_.volumetric ? lanes : lanes & (partner != slot); any(asked)) {
         // From offset to offset.
-        WideConnection ray = connect(scene_, v, to.w, fma(ng, gather(error_, partner, lanes), p), others);
+        WideConnection ray = connect(scene_, v, to.w, fma(ng, gather(error_, partner, lanes), p), asked);
         ray.slot = Int::iota(place) + Int(member * kPadded);
+        if (scene_.volumetric) ray.key = Int(0), ray.contribution = Spectrum(1.0f);
         if (queue.size + kWidth > kBatch) trace(queue);
-        queue.size += append_at_end(scene_, ray, others, queue, queue.size);
+        queue.size += append_at_end(scene_, ray, asked, queue, queue.size);
       }
     }
     const std::size_t at = pair(member, place);
@@ -289,12 +321,34 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
 }
 
 void PathReuse::trace(ConnectionQueue& queue) {
-  rays_.occluded(arrays_of(queue.origin, queue.direction, nullptr), queue.size, queue.distance);
+  if (scene_.volumetric) {
+    march(queue);
+    return;
+  }
+  const float* times = scene_.any_motion ? queue.time : nullptr;
+  rays_.occluded(arrays_of(queue.origin, queue.direction, times), queue.size, queue.distance);
   stats_.shadow_rays += static_cast<std::uint64_t>(queue.size);
   for (int i = 0; i < queue.size; ++i) {
     if (queue.distance[i] < 0) pdf_[static_cast<std::size_t>(queue.slot[i])] = 0;
   }
   queue.size = 0;
+}
+
+/// Through what lets some of the light straight on, all bands alike: as much of a path's samples gets there.
+/// Rays of which nothing arrives leave their pairs as they are, which is below 0.
+void PathReuse::march(ConnectionQueue& queue) {
+  transit_.march(Passenger::kPath, queue, room_, 0, [&](const WideConnection& ray, Mask arrived) {
+    const Float through = ray.contribution.c[0];
+    scatter(gather(pdf_.data(), ray.slot, arrived) * -through, pdf_.data(), ray.slot, arrived);
+    for (Pairs& weight : weight_.c)
+      scatter(gather(weight.data(), ray.slot, arrived) * through, weight.data(), ray.slot, arrived);
+  });
+}
+
+/// A sample has found its own second surface, whatever rounding makes of the ray that has been traced again.
+void PathReuse::see_own(int place, const Packet& firsts) {
+  const Int own = Int::iota(place) + (firsts.slot & Int(group_ - 1)) * Int(kPadded);
+  scatter(abs(gather(pdf_.data(), own, firsts.lanes)), pdf_.data(), own, firsts.lanes);
 }
 
 /// The pairs of each group's `member` and the second surfaces of samples; sets `lanes` to those that see each

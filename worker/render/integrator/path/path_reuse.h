@@ -16,18 +16,22 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/integrator/guide/guide_field.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/transit.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 class PathReuse {
  public:
-  /// `group` neighbours share: samples of a batch from 0 on, 2, 4, 8 or 16. Not for scenes with media,
-  /// motion, opacity, layers of light or lamps with interpolated normals.
-  PathReuse(const IntegratorContext& context, int group);
+  /// `group` neighbours share: samples of a batch from 0 on, 2, 4, 8 or 16, of one time where things move.
+  /// Not for scenes with media, layers of light, or sheets that tint what they let straight through. `room`
+  /// is for hits once paths have ended.
+  PathReuse(const IntegratorContext& context, int group, const GuideField* guide, Transit& transit,
+            HitState& room);
 
   /// A batch of `n` paths has met its first event.
   void begin(const PathState& paths, const HitState& hits, int n);
@@ -35,9 +39,10 @@ class PathReuse {
   /// needs to be told of it.
   bool follows(int depth) const { return depth <= std::max(last_first_ + 2, last_mirror_ + 1); }
   /// Paths are shaded at `v`, and what is emitted there is in the samples' radiance; `mix` chose the part of
-  /// a mixed material. What is shared of the paths that are left is computed for a throughput of 1.
-  void at_surface(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes, int depth,
-                  SampleBatch& batch);
+  /// a mixed material, `guided` is how the paths are guided, if there is a guide. What is shared of the paths
+  /// that are left is computed for a throughput of 1.
+  void at_surface(const Vertex& v, const Hit& hit, Float mix, const Guided& guided, WidePath& path,
+                  Mask lanes, int depth, SampleBatch& batch);
   /// Lanes whose second surface shares the light that was sampled along `wi`, with density `pdf`: what is
   /// sent to it is neither scattered there nor weighed.
   Mask share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, int depth, SampleBatch& batch);
@@ -89,9 +94,10 @@ class PathReuse {
   Int group_of(Int slot) const { return slot & Int(-group_); }
   Int seeing_pairs(int member, Int slot, Mask& lanes) const;
 
-  void at_first(const Vertex& v, const Hit& hit, Float mix, const WidePath& path, Mask lanes, int depth);
+  void at_first(const Vertex& v, const Hit& hit, Float mix, const Guided& guided, const WidePath& path,
+                Mask lanes, int depth);
   void at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes, SampleBatch& batch);
-  void at_third(WidePath& path, Mask lanes, SampleBatch& batch);
+  void at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatch& batch);
   void keep(int event, const WidePath& path, const Hit& hit, Float mix, Mask lanes);
   void set_apart(Int slot, Mask lanes, SampleBatch& batch);
 
@@ -100,6 +106,8 @@ class PathReuse {
   Vertex vertex_at(int event, const Packet& samples) const;
   void join(int place, const Packet& firsts, ConnectionQueue& queue);
   void trace(ConnectionQueue& queue);
+  void march(ConnectionQueue& queue);
+  void see_own(int place, const Packet& firsts);
   void scatter_back(const Packet& seconds);
   void scatter_along(const Vertex& second, Vec3 wo, Vec3 wi, Int pairs, Mask lanes, SpectrumPairs& value,
                      Pairs& pdf) const;
@@ -111,6 +119,9 @@ class PathReuse {
   const RayQuery& rays_;
   RenderStats& stats_;
   const int group_;
+  const GuideField* const guide_;  // may be null
+  Transit& transit_;
+  HitState& room_;
   int size_ = 0;
   bool any_shared_ = false;
   int last_first_ = -1, last_mirror_ = -1;  // latest events at which paths have met such surfaces
@@ -118,10 +129,12 @@ class PathReuse {
   alignas(64) Lanes<std::int32_t> first_event_;
   Vec3Lanes origin_[2], direction_[2];
   HitState hits_[2];
-  Lanes<float> mix_[2];    // with mixed materials
-  SpectrumLanes before_;   // throughput up to the first surface, where it is not the path's first event
-  Vec3Lanes first_;        // points of first surfaces
-  Vec3Lanes p_, ng_, ns_;  // second surfaces, seen from where the path came
+  Lanes<float> mix_[2];   // with mixed materials
+  Lanes<float> time_;     // with motion
+  SpectrumLanes before_;  // throughput up to the first surface, where it is not the path's first event
+  Vec3Lanes first_;       // points of first surfaces
+  alignas(64) Lanes<std::int32_t> density_;  // of the guide, that first surfaces follow; -1: none
+  Vec3Lanes p_, ng_, ns_;                    // second surfaces, seen from where the path came
   Lanes<float> error_;
   alignas(64) Lanes<std::int32_t> shared_;  // bits of Shared
   Vec3Lanes to_light_, on_;                 // to the sampled light, and in which the path went

@@ -112,7 +112,7 @@ void Wavefront::shade(int depth) {
 
     shading_timer_.lap(ShadingPart::kMaterials);
     if (guide_ != nullptr || recorder_ != nullptr) find_guide(e, events, depth);
-    if (reuses(depth)) reuse_->at_surface(v, e.hit, e.roulette.y, e.path, hit, depth, batch_);
+    if (reuses(depth)) reuse_->at_surface(v, e.hit, e.roulette.y, e.guided, e.path, hit, depth, batch_);
     const Mask settled = settle(e.path, v, e.hit.t, hit, depth);
     sample_one_light(e, events, settled, depth);
     shading_timer_.lap(ShadingPart::kPaths);
@@ -167,8 +167,10 @@ void Wavefront::add_emission(const Event& e, Mask hit, int depth) {
                                 surface.ng, weighed) *
                       pick_pmf(scene_.lights, surface.light, e.reference, weighed);
     Float weight = select(weighed, power_heuristic(e.path.pdf, pdf), 1.0f);
-    if (reuses(depth))
-      weight = select(reuse_->share_emission(e.path, radiance, pdf, weighed, depth), 0.0f, weight);
+    if (reuses(depth) && shares_lamps()) {
+      const Mask lanes = and_not(weighed, has_interpolated_normals(scene_.lights, surface.light, weighed));
+      weight = select(reuse_->share_emission(e.path, radiance, pdf, lanes, depth), 0.0f, weight);
+    }
     radiance *= weight;
   }
   if (scene_.lights.any_interpolated) {
@@ -206,8 +208,8 @@ void Wavefront::sample_one_light(const Event& e, Mask events, Mask settled, int 
     contribution *=
         interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
   }
-  if (reuses(depth)) {
-    Mask lanes = reachable;
+  if (reuses(depth) && shares_lamps()) {
+    Mask lanes = and_not(reachable, has_interpolated_normals(scene_.lights, choice.light, reachable));
     if (!shares_sky()) {
       const Int kind = kind_of(scene_.lights, choice.light, reachable);
       lanes = and_not(lanes, kind == static_cast<std::int32_t>(LightKind::kInfinite));
@@ -271,6 +273,17 @@ void Wavefront::look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, S
   }
 }
 
+/// Rays to lights have passed clear glass: what is found behind it is weighed as if it were not there.
+void Wavefront::keep_reference(const Event& e, const BsdfSample& bsdf, Mask events, WidePath& next) const {
+  const Mask through = and_not(events & bsdf.specular & bsdf.transmission, e.vertex.in_medium);
+  if (none(through)) return;
+  const Mask glass = clear_glass_at(scene_, e.vertex.surface, e.path.direction, through);
+  const auto keep = [&](const auto& before, auto& now) { now = select(glass, before, now); };
+  keep(e.path.pdf, next.pdf);
+  keep(e.path.reference, next.reference);
+  if (scene_.lights.uses_normals) keep(e.path.normal, next.normal);
+}
+
 void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) {
   const Vertex& v = e.vertex;
   const Vec2 u = e.sampler.get_2d(e.first_pair + dimension::kBsdfDirection);
@@ -302,6 +315,7 @@ void Wavefront::scatter_path(const Event& e, Mask events, int depth, int& kept) 
   if (scene_.volumetric) {
     next.medium = medium_behind(scene_.shapes, v.surface, bsdf.wi, v.medium, and_not(events, v.in_medium));
   }
+  if (scene_.straight_shadows) keep_reference(e, bsdf, events, next);
   Mask alive = and_not(events & bsdf.valid, is_black(next.beta));
   if (tells_layers(scene_)) {
     next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, bsdf.wi, bsdf.specular,

@@ -7,7 +7,7 @@ namespace tessera::render::TESSERA_ISA {
 
 bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
   const int group = work.group().count();
-  if (group > 1 && guide_ == nullptr) reuse_ = std::make_unique<PathReuse>(context_, group);
+  if (group > 1) reuse_ = std::make_unique<PathReuse>(context_, group, guide_, transit_, hits_);
   while (batch_.start(work, paths_)) {
     if (stop.stop_requested()) return false;
     trace(0, batch_.size());
@@ -41,7 +41,7 @@ void Wavefront::trace_to_lights(int depth) {
   if (shadow_layers_) shadow_layers_->trace(batch_, depth);
   if (scene_.volumetric) {
     // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
-    transit_.march(shadows_, hits_, depth, [&](const WideConnection& ray, Mask arrived) {
+    transit_.march(Passenger::kLight, shadows_, hits_, depth, [&](const WideConnection& ray, Mask arrived) {
       batch_.add_radiance(ray.contribution, ray.slot, arrived);
       if (tells_layers(scene_)) batch_.add_to_layers(ray.contribution, ray.layers, ray.slot, arrived);
     });

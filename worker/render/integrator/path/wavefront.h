@@ -67,11 +67,13 @@ class Wavefront : public Integrator {
   void add_environment(const Event& e, Mask missed, int depth);
   void add_emission(const Event& e, Mask hit, int depth);
   void sample_one_light(const Event& e, Mask events, Mask settled, int depth);
+  void keep_reference(const Event& e, const BsdfSample& bsdf, Mask events, WidePath& next) const;
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
   /// Whether paths may share what they find at this event.
   bool reuses(int depth) const { return reuse_ && reuse_->follows(depth); }
-  /// Whether light of the sky has but one density, in sharing.
-  bool shares_sky() const { return scene_.lights.infinite_lights.size() <= 1; }
+  /// Whether, where it does, light that lamps or the sky send to second surfaces has but one density.
+  bool shares_lamps() const { return !scene_.straight_shadows; }
+  bool shares_sky() const { return shares_lamps() && scene_.lights.infinite_lights.size() <= 1; }
   Int state_behind(const Event& e, Vec3 wi, int depth, Mask lanes) const;
   void look_for_shadow(const Event& e, WideConnection ray, Int state, Int light, Float weight, int depth,
                        Mask shines);

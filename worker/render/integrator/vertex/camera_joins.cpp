@@ -62,7 +62,7 @@ void CameraJoins::trace(Film& film) {
   const StageTimer timer(stats_.times, Stage::kShadow);
   splats_.clear();
   if (scene_.volumetric) {
-    transit_.march(connections_, hits_, 0, [&](const WideConnection& ray, Mask arrived) {
+    transit_.march(Passenger::kPath, connections_, hits_, 0, [&](const WideConnection& ray, Mask arrived) {
       for (std::uint32_t bits = arrived.bits(); bits != 0; bits &= bits - 1) {
         const int lane = __builtin_ctz(bits);
         float light[kSpectrumLanes];

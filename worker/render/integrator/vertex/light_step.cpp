@@ -4,18 +4,6 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-namespace {
-
-/// Lanes whose density of samples is only an estimate.
-Mask estimates_density(const Interaction& at, Mask active) {
-  const Mask second = active & ((at.flags & kMixed) != 0);
-  Mask result = active & ((at.flags & kEstimatedDensity) != 0);
-  if (any(second)) result |= second & ((at.second.flags & kEstimatedDensity) != 0);
-  return result;
-}
-
-}  // namespace
-
 LightStep step_from_light(const SceneTables& scene, const Vertex& v, const WidePath& path, Float u_lobe,
                           Vec2 u, Mask hit) {
   const BsdfSample bsdf = sample_scattering(scene, v, u_lobe, u, hit, Transport::kImportance);

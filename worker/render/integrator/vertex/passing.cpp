@@ -50,7 +50,7 @@ Float opacity_of(const SceneTables& scene, Int material, const Surface& surface,
   return result;
 }
 
-Mask may_pass(const SceneTables& scene, Int shape, Mask active) {
+Mask may_pass(const SceneTables& scene, Passenger who, Int shape, Mask active) {
   if (none(active)) return active;  // there may be no shapes, whose table cannot be read
   constexpr int kStride = sizeof(MaterialRecord) / 4;
   const ShapeRecord* shapes = scene.shapes.shapes.data();
@@ -58,15 +58,17 @@ Mask may_pass(const SceneTables& scene, Int shape, Mask active) {
   const Int record = gather_member(shapes, &ShapeRecord::material, shape, active) * kStride;
   const Int flags = gather(&materials->flags, record, active);
   const Mask dark = active & (gather_member(shapes, &ShapeRecord::first_light, shape, active) < 0);
-  return dark & ((flags & (kHasOpacity | kPassesStraight | kHasBack)) != 0);
+  const bool straight = who == Passenger::kLight && scene.straight_shadows;
+  return dark & ((flags & (kHasOpacity | kPassesStraight | kHasBack | (straight ? kAllDelta : 0))) != 0);
 }
 
-Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active) {
+Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surface, Vec3 d, Mask active) {
   Passing result{Float(0.0f), Spectrum(1.0f)};
   for_each_distinct(seen_material(scene, surface, d, active), active, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
     const Float opacity = opacity_of(scene, material, surface, lanes);
-    if (material.flags & kPassesStraight) {
+    const bool straight = who == Passenger::kLight && scene.straight_shadows && is_clear_glass(material);
+    if (straight || (material.flags & kPassesStraight) != 0) {
       const Passing model = passing_of(scene, m, surface, abs(dot(surface.ns, d)), lanes);
       const Float through = model.probability, passes = 1.0f - opacity * (1.0f - through);
       // The open part of the surface has no tint.
@@ -76,6 +78,14 @@ Passing passing_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mas
     } else {
       result.probability = select(lanes, 1.0f - opacity, result.probability);
     }
+  });
+  return result;
+}
+
+Mask clear_glass_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active) {
+  Mask result = Mask::none();
+  for_each_distinct(seen_material(scene, surface, d, active), active, [&](std::int32_t m, Mask lanes) {
+    if (is_clear_glass(scene.materials.materials[static_cast<std::size_t>(m)])) result |= lanes;
   });
   return result;
 }

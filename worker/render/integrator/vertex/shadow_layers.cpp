@@ -13,7 +13,7 @@ void ShadowLayers::add(const WideConnection& ray, Mask shines, SampleBatch& batc
 
 void ShadowLayers::trace(SampleBatch& batch, int event) {
   if (scene_.volumetric) {
-    transit_.march(waiting_, hits_, event, [&](const WideConnection& ray, Mask arrived) {
+    transit_.march(Passenger::kLight, waiting_, hits_, event, [&](const WideConnection& ray, Mask arrived) {
       batch.add_to_layers(-1.0f * ray.contribution, ray.layers, ray.slot, arrived);
     });
     return;

@@ -88,10 +88,10 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
     met = and_not(met, scattered);
   }
 
-  const Mask candidates = met & may_pass(scene_, hit.shape, met);
+  const Mask candidates = met & may_pass(scene_, Passenger::kPath, hit.shape, met);
   if (none(candidates)) return Mask::none();
   const Surface surface = surface_at(scene_.shapes, hit, o, d, candidates, false);
-  const Passing passing = passing_at(scene_, surface, d, candidates);
+  const Passing passing = passing_at(scene_, Passenger::kPath, surface, d, candidates);
   const Mask passes = candidates & (numbers.next() < passing.probability);
   scatter_lanes(beta * passing.weight, paths.beta, path, passes);
   scatter_lanes(offset_origin(surface, d), paths.origin, path, passes);
@@ -127,7 +127,8 @@ void Transit::end_stuck_paths(PathState& paths, HitState& hits, int count) {
   }
 }
 
-Mask Transit::cross(WideConnection& ray, Hit hit, int event, int round, Mask active, Mask& arrived) {
+Mask Transit::cross(Passenger who, WideConnection& ray, Hit hit, int event, int round, Mask active,
+                    Mask& arrived) {
   if (scene_.any_motion) hit.time = ray.time;
   const Mask met = active & (hit.shape >= 0) & (hit.t < ray.distance);
   const Mask inside = active & (ray.medium >= 0);
@@ -140,17 +141,21 @@ Mask Transit::cross(WideConnection& ray, Hit hit, int event, int round, Mask act
                ray.contribution);
   }
   arrived = and_not(active, met);
-  const Mask candidates = and_not(met & may_pass(scene_, hit.shape, met), is_black(ray.contribution));
+  const Mask candidates = and_not(met & may_pass(scene_, who, hit.shape, met), is_black(ray.contribution));
   if (none(candidates)) return candidates;
   const Surface surface = surface_at(scene_.shapes, hit, ray.origin, ray.direction, candidates, false);
-  const Passing passing = passing_at(scene_, surface, ray.direction, candidates);
+  const Passing passing = passing_at(scene_, who, surface, ray.direction, candidates);
   const Spectrum left = ray.contribution * passing.weight * passing.probability;
   ray.contribution = select(candidates, left, ray.contribution);
   const Mask passes = and_not(candidates, is_black(left));
   const Vec3 origin = offset_origin(surface, ray.direction);
   ray.medium =
       select(passes, medium_behind(scene_.shapes, surface, ray.direction, ray.medium, passes), ray.medium);
-  ray.distance = select(passes, ray.distance - dot(origin - ray.origin, ray.direction), ray.distance);
+  // To the same end as before: beside it, by the offset of a large surface, the light would shadow itself.
+  const Vec3 rest = fma(ray.direction, ray.distance, ray.origin) - origin;
+  const Float distance = length(rest);
+  ray.direction = select(passes, rest * (1.0f / max(distance, 1e-30f)), ray.direction);
+  ray.distance = select(passes, distance, ray.distance);
   ray.origin = select(passes, origin, ray.origin);
   return passes;
 }

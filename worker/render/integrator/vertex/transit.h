@@ -38,10 +38,11 @@ class Transit {
   void move(PathState& paths, HitState& hits, int count, int event, const TransitNumbers& numbers,
             SampleBatch* emission);
 
-  /// Takes all rays of the queue to their ends, as far as light comes through: calls arrived(ray, lanes) for
-  /// 16 at a time, contributions being what is left. `hits` is room for what the rays meet.
+  /// Takes all rays of the queue to their ends, as far as they pass what is in their way: calls
+  /// arrived(ray, lanes) for 16 at a time, contributions being what is left. `hits` is room for what the rays
+  /// meet.
   template <class Arrived>
-  void march(ConnectionQueue& queue, HitState& hits, int event, Arrived&& arrived);
+  void march(Passenger who, ConnectionQueue& queue, HitState& hits, int event, Arrived&& arrived);
 
  private:
   /// Paths that passed a surface and are traced on.
@@ -65,7 +66,7 @@ class Transit {
   void end_stuck_paths(PathState& paths, HitState& hits, int count);
   /// Takes rays to the next surface that they meet: the lanes that end there are `arrived`, those that are
   /// returned go on behind it.
-  Mask cross(WideConnection& ray, Hit hit, int event, int round, Mask active, Mask& arrived);
+  Mask cross(Passenger who, WideConnection& ray, Hit hit, int event, int round, Mask active, Mask& arrived);
   const float* times_of(const Lanes<float>& times) const { return scene_.any_motion ? times : nullptr; }
 
   const SceneTables& scene_;
@@ -75,7 +76,7 @@ class Transit {
 };
 
 template <class Arrived>
-void Transit::march(ConnectionQueue& queue, HitState& hits, int event, Arrived&& arrived) {
+void Transit::march(Passenger who, ConnectionQueue& queue, HitState& hits, int event, Arrived&& arrived) {
   int n = queue.size;
   for (int round = 0; n > 0 && round <= dimension::kMostCrossings; ++round) {
     rays_.nearest(arrays_of(queue.origin, queue.direction, times_of(queue.time)), n, false, hits.arrays());
@@ -84,7 +85,7 @@ void Transit::march(ConnectionQueue& queue, HitState& hits, int event, Arrived&&
     for (int i = 0; i < n; i += kWidth) {
       WideConnection ray = load(scene_, static_cast<const ConnectionFields<InMemory>&>(queue), i);
       Mask ends = Mask::none();
-      const Mask on = cross(ray, load_hit(hits, i), event, round, Mask::first(n - i), ends);
+      const Mask on = cross(who, ray, load_hit(hits, i), event, round, Mask::first(n - i), ends);
       if (any(ends)) arrived(ray, ends);
       kept += append(scene_, ray, on, queue, kept);
     }

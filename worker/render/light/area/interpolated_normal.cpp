@@ -4,19 +4,16 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-namespace {
-
-Mask is_interpolated(const LightTable& table, Int light, Mask active) {
+Mask has_interpolated_normals(const LightTable& table, Int light, Mask active) {
+  if (!table.any_interpolated) return Mask::none();
   return active &
          (gather_member(table.lights.data(), &LightRecord::profile, light, active) == kInterpolated) &
          (kind_of(table, light, active) == static_cast<std::int32_t>(LightKind::kTriangle));
 }
 
-}  // namespace
-
 Float interpolated_normal_factor(const LightTable& table, Int light, const Surface& surface, Vec3 wo,
                                  Float distance, Float bsdf_pdf, Mask active) {
-  const Mask wanted = is_interpolated(table, light, active);
+  const Mask wanted = has_interpolated_normals(table, light, active);
   if (none(wanted)) return Float(1.0f);
   const LightLanes lanes{table, light, wanted};
   // Either side of a two-sided emitter is a front.
@@ -34,7 +31,7 @@ Float interpolated_normal_factor(const LightTable& table, Int light, const Surfa
 
 Float interpolated_normal_factor(const LightTable& table, Int light, Vec3 reference,
                                  const LightSample& sample, Float bsdf_pdf, Mask active) {
-  const Mask wanted = is_interpolated(table, light, active);
+  const Mask wanted = has_interpolated_normals(table, light, active);
   if (none(wanted)) return Float(1.0f);
   const auto field = [&](std::int32_t LightRecord::*member) {
     return gather_member(table.lights.data(), member, light, wanted);

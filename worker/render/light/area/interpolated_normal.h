@@ -13,6 +13,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// Lanes whose light is kInterpolated.
+Mask has_interpolated_normals(const LightTable& table, Int light, Mask active);
+
 /// The factor of the light that leaves `surface` along `wo`, `distance` away from where it is scattered with
 /// density `bsdf_pdf` (solid angle; 0: seen directly or in a mirror). 1 for lights that are not
 /// kInterpolated.
