@@ -15,6 +15,7 @@ namespace {
 constexpr const char* kFloor = R"(
   materials { name: 'matt' diffuse { reflectance { constant { constant: 0.5 } } } }
   materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } }
+  materials { name: 'curtain' diffuse { reflectance { constant { constant: 0.2 } } } opacity { constant: 0.4 } }
   materials { name: 'sheet' thin_dielectric { eta { constant: 1.5 } } }
   materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
   materials { name: 'air' dielectric { eta { constant: 1 } } }
@@ -85,6 +86,12 @@ TEST_P(Glass, TheSunShinesThrough) {
 /// Paths find the sky by themselves, and must not be believed twice.
 TEST_P(Glass, TheSkyShinesOnce) {
   const std::string scene = absl::StrCat(kFloor, slab(0.1), kSky);
+  expect_same(picture(scene, "TRACED", GetParam()), picture(scene, "STRAIGHT", GetParam()));
+}
+
+/// Whichever of paths and rays to lights pass a curtain, they do so once.
+TEST_P(Glass, CurtainsAreAsBefore) {
+  const std::string scene = absl::StrCat(kFloor, disk("sheet", 1, false), disk("curtain", 1.2, false), kLamp);
   expect_same(picture(scene, "TRACED", GetParam()), picture(scene, "STRAIGHT", GetParam()));
 }
 

@@ -119,10 +119,10 @@ struct ExtendedRecord {
   ScalarSlot further[kFurtherScalars];
 };
 
-/// A smooth dielectric or a thin sheet of one, all of it.
+/// A smooth dielectric or a thin sheet of one, without holes.
 inline bool is_clear_glass(const MaterialRecord& material) {
   return (material.kind == BsdfKind::kDielectric || material.kind == BsdfKind::kThinDielectric) &&
-         (material.flags & kAllDelta) != 0;
+         (material.flags & (kAllDelta | kHasOpacity)) == kAllDelta;
 }
 
 struct MaterialTable {

@@ -227,7 +227,7 @@ class BuiltScene final : public RenderScene {
   /// What keeps pixels from sharing light: how much of it gets from one surface to another is not known, or
   /// not in one number.
   std::string_view unshared_because() const {
-    if (!tables_.volumetric) return "";
+    if (!tables_.paths_pass) return "";
     if (!tables_.media.media.empty()) return "media";
     const auto has = [](const auto& records, std::int32_t flags) {
       return std::ranges::any_of(records, [&](const auto& one) { return (one.flags & flags) == flags; });

@@ -106,9 +106,10 @@ void set_path_traits(const SceneArrays& arrays, const Settings& settings, SceneT
     tables.straight_shadows |= settings.straight_shadows && is_clear_glass(material);
     // Materials that are no surface matter in media only.
     if (!settings.algorithm->media || material.kind == kNoSurface) continue;
-    tables.volumetric = tables.volumetric || (material.flags & (kHasOpacity | kPassesStraight));
+    tables.paths_pass = tables.paths_pass || (material.flags & (kHasOpacity | kPassesStraight));
   }
-  tables.volumetric = tables.volumetric || tables.straight_shadows || !arrays.media.media.empty();
+  tables.paths_pass = tables.paths_pass || !arrays.media.media.empty();
+  tables.volumetric = tables.paths_pass || tables.straight_shadows;
   tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
 }
 

@@ -94,7 +94,9 @@ struct SceneTables {
   bool any_filtered = false;  // some texture or bump map is looked up by footprints
   bool any_mix = false;
   bool any_opacity = false;  // some material lets part of the light straight through
-  // Paths, or rays to lights, look for media and for surfaces that light passes without being scattered.
+  // Paths look for media and for surfaces that light passes without being scattered.
+  bool paths_pass = false;
+  // Paths, or rays to lights alone (straight_shadows), do.
   bool volumetric = false;
   // Light passes clear glass (MaterialRecord::is_clear_glass()) unbent on its way to what it lights.
   bool straight_shadows = false;

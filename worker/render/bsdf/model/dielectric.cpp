@@ -124,9 +124,10 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   return result;
 }
 
+/// The square root of what a pane lets through in all orders of reflection between its two sides.
 Passing DielectricBsdf::passing(const BsdfParams& params, Float cosine) const {
-  return {1.0f - fresnel_dielectric(cosine, params.scalars[slot::kEta]).reflectance,
-          tinted(params, Mask::none(), Spectrum(1.0f))};
+  const Float once = fresnel_dielectric(cosine, params.scalars[slot::kEta]).reflectance;
+  return {sqrt((1.0f - once) / (1.0f + once)), tinted(params, Mask::none(), Spectrum(1.0f))};
 }
 
 const Bsdf& dielectric_bsdf() {

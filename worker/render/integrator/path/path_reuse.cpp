@@ -210,7 +210,7 @@ void PathReuse::finish(SampleBatch& batch, ConnectionQueue& queue) {
   list_samples();
   for_each_packet(firsts_, [&](int place, const Packet& firsts) { join(place, firsts, queue); });
   trace(queue);
-  if (scene_.volumetric)
+  if (scene_.paths_pass)
     for_each_packet(firsts_, [&](int place, const Packet& firsts) { see_own(place, firsts); });
   for_each_packet(glossies_, [&](int, const Packet& seconds) { scatter_back(seconds); });
   for (const Samples* seconds : {&glossies_, &evens_})
@@ -302,14 +302,14 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
       lanes = and_not(lanes & (bsdf.pdf > 0.0f), is_black(bsdf.f_cos));
       const Float by_area = cosine / select(lanes, to.squared, 1.0f);
       pdf = select_or_zero(lanes, bsdf.pdf * by_area);
-      if (scene_.volumetric) pdf = -pdf;
+      if (scene_.paths_pass) pdf = -pdf;
       weight = select(lanes, bsdf.f_cos * by_area, Spectrum(0.0f));
       // How much gets through counts for the sample's own second surface as well.
-      if (const Mask asked = scene_.volumetric ? lanes : lanes & (partner != slot); any(asked)) {
+      if (const Mask asked = scene_.paths_pass ? lanes : lanes & (partner != slot); any(asked)) {
         // From offset to offset.
         WideConnection ray = connect(scene_, v, to.w, fma(ng, gather(error_, partner, lanes), p), asked);
         ray.slot = Int::iota(place) + Int(member * kPadded);
-        if (scene_.volumetric) ray.key = Int(0), ray.contribution = Spectrum(1.0f);
+        if (scene_.paths_pass) ray.key = Int(0), ray.contribution = Spectrum(1.0f);
         if (queue.size + kWidth > kBatch) trace(queue);
         queue.size += append_at_end(scene_, ray, asked, queue, queue.size);
       }
@@ -321,7 +321,7 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
 }
 
 void PathReuse::trace(ConnectionQueue& queue) {
-  if (scene_.volumetric) {
+  if (scene_.paths_pass) {
     march(queue);
     return;
   }

@@ -96,7 +96,7 @@ void Wavefront::shade(int depth) {
     if (scene_.any_mix) e.roulette = e.sampler.get_2d(first_pair + dimension::kRoulette);
     interact(scene_, v.surface, v.wo, e.roulette.y, hit, v.at);
     if (any(v.in_medium)) put_into_medium(fma(path.direction, e.hit.t, path.origin), v.in_medium, v);
-    if (scene_.any_opacity && !scene_.volumetric) {  // else transit() has seen to it
+    if (scene_.any_opacity && !scene_.paths_pass) {  // else transit() has seen to it
       if (const Mask partly = partly_open(v, hit); any(partly)) {
         open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
       }
@@ -273,13 +273,20 @@ void Wavefront::look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, S
   }
 }
 
-/// Rays to lights have passed clear glass: what is found behind it is weighed as if it were not there.
+/// Rays to lights have passed clear glass: what is found behind it is weighed as if it were not there. Within
+/// glass the density's sign tells whether the path has been mirrored an odd number of times: then it leaves as
+/// if mirrored by the glass as a whole, and nothing else finds what it does.
 void Wavefront::keep_reference(const Event& e, const BsdfSample& bsdf, Mask events, WidePath& next) const {
-  const Mask through = and_not(events & bsdf.specular & bsdf.transmission, e.vertex.in_medium);
-  if (none(through)) return;
-  const Mask glass = clear_glass_at(scene_, e.vertex.surface, e.path.direction, through);
-  const auto keep = [&](const auto& before, auto& now) { now = select(glass, before, now); };
-  keep(e.path.pdf, next.pdf);
+  const Vertex& v = e.vertex;
+  const Mask bent = and_not(events & bsdf.specular, v.in_medium);
+  if (none(bent)) return;
+  const Mask glass = clear_glass_at(scene_, v.surface, e.path.direction, bent);
+  const Mask inside = glass & (v.at.kind == static_cast<std::int32_t>(BsdfKind::kDielectric)) &
+                      (dot(v.wo, v.at.frame.z) < 0.0f);
+  const Mask mirrored = and_not(inside, bsdf.transmission), leaving = inside & bsdf.transmission;
+  const Mask kept = mirrored | (glass & bsdf.transmission);
+  const auto keep = [&](const auto& before, auto& now) { now = select(kept, before, now); };
+  keep(select(mirrored, -e.path.pdf, select(leaving, max(e.path.pdf, 0.0f), e.path.pdf)), next.pdf);
   keep(e.path.reference, next.reference);
   if (scene_.lights.uses_normals) keep(e.path.normal, next.normal);
 }

@@ -25,7 +25,7 @@ void Wavefront::trace(int depth, int n) {
 void Wavefront::advance(int depth) {
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
   intersect(depth);
-  if (scene_.volumetric) {
+  if (scene_.paths_pass) {
     const StageTimer timer(stats_.times, Stage::kTransit);
     transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
   }

@@ -58,16 +58,19 @@ Mask may_pass(const SceneTables& scene, Passenger who, Int shape, Mask active) {
   const Int record = gather_member(shapes, &ShapeRecord::material, shape, active) * kStride;
   const Int flags = gather(&materials->flags, record, active);
   const Mask dark = active & (gather_member(shapes, &ShapeRecord::first_light, shape, active) < 0);
-  const bool straight = who == Passenger::kLight && scene.straight_shadows;
-  return dark & ((flags & (kHasOpacity | kPassesStraight | kHasBack | (straight ? kAllDelta : 0))) != 0);
+  std::int32_t passable = kHasBack;
+  if (scene.paths_pass) passable |= kHasOpacity | kPassesStraight;
+  if (who == Passenger::kLight && scene.straight_shadows) passable |= kAllDelta;
+  return dark & ((flags & passable) != 0);
 }
 
 Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surface, Vec3 d, Mask active) {
   Passing result{Float(0.0f), Spectrum(1.0f)};
   for_each_distinct(seen_material(scene, surface, d, active), active, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
-    const Float opacity = opacity_of(scene, material, surface, lanes);
     const bool straight = who == Passenger::kLight && scene.straight_shadows && is_clear_glass(material);
+    if (!straight && !scene.paths_pass) return;
+    const Float opacity = opacity_of(scene, material, surface, lanes);
     if (straight || (material.flags & kPassesStraight) != 0) {
       const Passing model = passing_of(scene, m, surface, abs(dot(surface.ns, d)), lanes);
       const Float through = model.probability, passes = 1.0f - opacity * (1.0f - through);

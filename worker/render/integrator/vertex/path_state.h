@@ -16,7 +16,7 @@ struct alignas(64) PathFields {
   typename Form::Vector origin, direction;
   typename Form::Colour beta;  // throughput
   typename Form::Scalar
-      pdf;  // of the BSDF sample that led here, solid angle; 0 after a delta lobe or the camera
+      pdf;  // of the BSDF sample that led here, solid angle; 0, or less, after a delta lobe or the camera
   // Makes beta what Russian roulette goes by: undoes the 1/eta^2 of refraction, or, of paths from lights,
   // what they began with.
   typename Form::Scalar roulette_scale;

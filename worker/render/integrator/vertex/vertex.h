@@ -53,7 +53,7 @@ TESSERA_INLINE BsdfEval eval_scattering(const SceneTables& scene, const Vertex& 
 TESSERA_INLINE BsdfSample sample_scattering(const SceneTables& scene, const Vertex& v, Float u_lobe, Vec2 u,
                                             Mask active, Transport transport = Transport::kRadiance) {
   Mask hit = active;
-  if (scene.volumetric) {
+  if (scene.paths_pass) {
     hit = and_not(active, v.in_medium);
     // Light that passes has been let through before; a sheet reflects what is left: 0 chooses that lobe.
     u_lobe = select((v.at.flags & kPassesStraight) != 0, Float(0.0f), u_lobe);
