@@ -125,7 +125,7 @@ def make_spec(
         view.path_sharing = wishes.path_sharing
     elif (
         wishes.path_sharing != settings_pb2.PATH_SHARING_OFF
-        and integrator in ("path", "volpath", "guided")
+        and integrator in ("path", "volpath")
         and not wishes.layers
         and "variance" not in aovs
     ):

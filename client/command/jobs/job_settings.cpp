@@ -172,6 +172,11 @@ void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSp
   }
 }
 
+void resolve_glass_shadows(const JobSettings& request, v1::Algorithms& algorithms) {
+  const bool can = wire::find_algorithm(algorithms.integrator())->straight_shadows;
+  if (!can && request.several_integrators) algorithms.clear_glass_shadows();
+}
+
 }  // namespace
 
 absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
@@ -317,6 +322,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
       !status.ok())
     return request.reconstruction != 0 ? absl::OutOfRangeError(status.message()) : status;
   resolve_sharing(request, wishes.path_sharing(), spec);
+  resolve_glass_shadows(request, *spec.mutable_content()->mutable_algorithms());
 
   v1::JobSpec::View& view = *spec.mutable_view();
   view.set_width(film.width);
@@ -330,8 +336,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   wire::add_phases(spec);
   if (absl::Status status = wire::check_settings(spec); !status.ok()) {
     const bool asked = request.noise || request.reconstruction != 0 || request.path_sharing != 0 ||
-                       !request.integrator.empty() || request.direct_light != 0 || !request.aovs.empty() ||
-                       request.layers.any() || request.denoise || own.ByteSizeLong() > 0;
+                       request.glass_shadows != 0 || !request.integrator.empty() ||
+                       request.direct_light != 0 || !request.aovs.empty() || request.layers.any() ||
+                       request.denoise || own.ByteSizeLong() > 0;
     return asked ? absl::OutOfRangeError(status.message()) : status;
   }
   if (request.denoise && spec.samples().spp() < 2)

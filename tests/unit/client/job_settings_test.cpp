@@ -282,6 +282,21 @@ TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsI
   EXPECT_EQ(prepare_job({}, scene, "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
+TEST(JobSettings, LightPassesGlassUnbentWithAWarning) {
+  const ImportedScene scene = scene_of(64, 64);
+  JobSettings request;
+  request.glass_shadows = v1::GLASS_SHADOWS_STRAIGHT;
+  const auto job = prepare_job(request, scene, "");
+  ASSERT_TRUE(job.ok()) << job.status();
+  EXPECT_EQ((*job)->spec.content().algorithms().glass_shadows(), v1::GLASS_SHADOWS_STRAIGHT);
+  EXPECT_THAT((*job)->warnings, testing::Contains(HasSubstr("the picture is an approximation")));
+  request.integrator = "bdpt";
+  EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
+              HasSubstr("glass_shadows 'straight' is not for it"));
+  request.several_integrators = true;
+  EXPECT_TRUE(prepare_job(request, scene, "").ok());
+}
+
 TEST(JobSettings, PixelsShareLightWhereTheIntegratorCanAndNoLayersAreAskedFor) {
   const ImportedScene scene = scene_of(64, 64);
   const auto sharing = [&](const JobSettings& request = {}) {
@@ -305,12 +320,14 @@ TEST(JobSettings, PixelsShareLightWhereTheIntegratorCanAndNoLayersAreAskedFor) {
   request.path_sharing = v1::PATH_SHARING_16;
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_16);
   request.integrator = "guided";
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_16);
+  request.integrator = "bdpt";
   EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
-              HasSubstr("integrator 'guided' has no paths that pixels share"));
+              HasSubstr("integrator 'bdpt' has no paths that pixels share"));
   request.several_integrators = true;
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
   request = {};
-  request.integrator = "guided";
+  request.integrator = "bdpt";
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
 }
 

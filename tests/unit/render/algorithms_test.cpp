@@ -70,6 +70,12 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     by_chance.mutable_content()->mutable_algorithms()->set_direct_light(v1::DIRECT_LIGHT_BSDF);
     EXPECT_EQ(wire::check_settings(by_chance).ok(), traits.bsdf_lighting) << traits.name;
 
+    v1::JobSpec straight = job;
+    straight.mutable_content()->mutable_algorithms()->set_glass_shadows(v1::GLASS_SHADOWS_STRAIGHT);
+    EXPECT_EQ(wire::check_settings(straight).ok(), traits.straight_shadows) << traits.name;
+    EXPECT_EQ(wire::kind_of(straight.content().algorithms()), "biased");
+    EXPECT_EQ(wire::kind_of(job.content().algorithms()), wire::word_of(traits.bias));
+
     for (const v1::AOV aov : {v1::AOV_ALBEDO, v1::AOV_NORMAL, v1::AOV_DEPTH, v1::AOV_ID}) {
       v1::JobSpec layered = job;
       layered.mutable_view()->add_aovs(aov);
