@@ -72,7 +72,7 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
     return cannot("has its own way to find direct light: 'bsdf' is not for it");
   }
   if (!algorithm->straight_shadows && asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
-    return cannot("finds light by more than rays to it: glass_shadows 'straight' is not for it");
+    return cannot("does not let light pass glass unbent: glass_shadows 'straight' is not for it");
   if (!algorithm->first_hit_aovs) {
     for (const int aov : spec.view().aovs()) {
       if (is_first_hit(static_cast<v1::AOV>(aov)))

@@ -98,7 +98,7 @@ struct SceneTables {
   bool paths_pass = false;
   // Paths, or rays to lights alone (straight_shadows), do.
   bool volumetric = false;
-  // Light passes clear glass (MaterialRecord::is_clear_glass()) unbent on its way to what it lights.
+  // Light passes clear glass (is_clear_glass()) unbent on its way to what it lights.
   bool straight_shadows = false;
   bool any_motion = false;  // of the camera or of shapes: paths have times
 };
