@@ -78,6 +78,9 @@ constexpr const char* kPanes = R"(
   shapes { disk { radius: 1.5 } material: 'pane' world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,1,0,0, 0,0,0,1] } }
 )";
 
+constexpr const char* kFog =
+    " media { name: 'fog' extinction { constant { constant: 1 } } albedo { constant { constant: 0.5 } } }";
+
 /// A ball that goes from the right to the left.
 constexpr const char* kMovingBall = R"(
   shapes { sphere { radius: 0.8 } material: 'metal' world_from_object { elements: [1,0,0,1.2, 0,1,0,-0.5, 0,0,1,0, 0,0,0,1] }
@@ -258,8 +261,7 @@ TEST(PathSharing, HasTheSameMeansAndLessNoise) {
 /// asked by name is warned.
 TEST(PathSharing, IsLeftOutWherePathsSeeMore) {
   const std::string text =
-      scene_text(kRoom + ball("walls", 0.9, -0.5, "interior_medium: 'fog'"), "kind: BOX") +
-      " media { name: 'fog' extinction { constant { constant: 1 } } albedo { constant { constant: 0.5 } } }";
+      scene_text(kRoom + ball("walls", 0.9, -0.5, "interior_medium: 'fog'"), "kind: BOX") + kFog;
   SceneJob job;
   job.settings.set_integrator("volpath");
   job.settings.set_spp(kSamples);
@@ -280,6 +282,23 @@ TEST(PathSharing, IsLeftOutWherePathsSeeMore) {
   EXPECT_EQ(std::tuple(by_itself, warnings), std::tuple(alone, no_warnings));
   ASSERT_FALSE(notes.empty());
   EXPECT_EQ(notes.back(), because.front());
+}
+
+/// Media that nothing leads to do not count: the bits are those of a scene without them.
+TEST(PathSharing, GoesOnBesideMediaThatNobodyMeets) {
+  const std::string text = scene_text(kRoom + ball("walls", 0.9, -0.5), "kind: BOX");
+  const auto rendered = [&](const std::string& scene, const char* integrator) {
+    SceneJob job;
+    job.settings.set_integrator(integrator);
+    job.settings.set_spp(kSamples);
+    job.settings.set_path_sharing(v1::PATH_SHARING_16);
+    auto file = load_scene_text(scene, job, render::supported_isas().front());
+    EXPECT_TRUE(file.ok()) << file.status();
+    EXPECT_THAT(file->scene->warnings(), IsEmpty());
+    render::RenderStats stats;
+    return file->scene->render_tile({0, 0, kWidth, kHeight, 0, kSamples}, {}, stats)->values;
+  };
+  EXPECT_EQ(rendered(text, "path"), rendered(text + kFog, "volpath"));
 }
 
 /// By itself, light is shared where it pays: a convex thing under the sky has no second surfaces.

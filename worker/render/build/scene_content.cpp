@@ -113,6 +113,12 @@ void set_path_traits(const SceneArrays& arrays, const Settings& settings, SceneT
   tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
 }
 
+/// Media that the camera is not in and no border leads to are as if they were not there.
+void leave_out_unmet_media(std::int32_t medium_of_camera, SceneArrays& arrays) {
+  const auto is_border = [](const ShapeRecord& shape) { return (shape.flags & kMediumBorder) != 0; };
+  if (medium_of_camera < 0 && std::ranges::none_of(arrays.shapes.shapes, is_border)) arrays.media = {};
+}
+
 /// Whether footprints are asked for, once images are decoded.
 void set_footprint_traits(const SceneArrays& arrays, SceneTables& tables) {
   for (const MaterialRecord& material : arrays.materials.materials)
@@ -308,6 +314,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
     const DiffuseSceneNames names{builders.shapes.names(), content.material_names};
     if (auto s = make_diffuse(settings, names, arrays, content.warnings); !s.ok()) return s;
   }
+  leave_out_unmet_media(content.tables.camera.medium, arrays);
   set_path_traits(arrays, settings, content.tables);
   group_for_shading(arrays.shapes, arrays.materials, content.tables);
   if (parts_->options.geometry_read) parts_->options.geometry_read();
