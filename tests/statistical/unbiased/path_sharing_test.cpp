@@ -284,6 +284,24 @@ TEST(PathSharing, IsLeftOutWherePathsSeeMore) {
   EXPECT_EQ(notes.back(), because.front());
 }
 
+/// A group's time is that of its first pixel, though a tile begins behind that.
+TEST(PathSharing, AMovingThingHasTheSameBitsInAllTiles) {
+  SceneJob job;
+  job.settings.set_spp(kSamples);
+  job.settings.set_path_sharing(v1::PATH_SHARING_16);
+  const auto file = load_scene_text(scene_text(kRoom + std::string(kMovingBall), "kind: BOX"), job,
+                                    render::supported_isas().front());
+  ASSERT_TRUE(file.ok()) << file.status();
+  render::RenderStats stats;
+  const auto whole = file->scene->render_tile({0, 0, kWidth, kHeight, 0, kSamples}, {}, stats),
+             part = file->scene->render_tile({kX0, kY0, kWidth, kHeight, 0, kSamples}, {}, stats);
+  ASSERT_TRUE(whole.ok() && part.ok());
+  for (std::size_t i = 0; i < kPixels; ++i) {
+    const std::size_t x = kX0 + i % (kWidth - kX0), y = kY0 + i / (kWidth - kX0);
+    ASSERT_EQ(part->values[i], whole->values[y * kWidth + x]) << "pixel " << x << ", " << y;
+  }
+}
+
 /// Media that nothing leads to do not count: the bits are those of a scene without them.
 TEST(PathSharing, GoesOnBesideMediaThatNobodyMeets) {
   const std::string text = scene_text(kRoom + ball("walls", 0.9, -0.5), "kind: BOX");
