@@ -274,8 +274,8 @@ void Wavefront::look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, S
 }
 
 /// Rays to lights have passed clear glass: what is found behind it is weighed as if it were not there. Within
-/// glass the density's sign tells whether the path has been mirrored an odd number of times: then it leaves as
-/// if mirrored by the glass as a whole, and nothing else finds what it does.
+/// glass the density's sign tells whether the path has been mirrored an odd number of times: then it leaves
+/// as if mirrored by the glass as a whole, and nothing else finds what it does.
 void Wavefront::keep_reference(const Event& e, const BsdfSample& bsdf, Mask events, WidePath& next) const {
   const Vertex& v = e.vertex;
   const Mask bent = and_not(events & bsdf.specular, v.in_medium);
