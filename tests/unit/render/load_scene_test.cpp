@@ -310,7 +310,9 @@ TEST(LoadScene, MutationsInPathSpaceNameWhatTheyCannotDo) {
     const char *scene, *named;
   };
   for (const Case& one :
-       {Case{"media { name: 'air' extinction { constant { constant: 1 } } }", "a scene without media"},
+       {Case{"media { name: 'air' extinction { constant { constant: 1 } } } "
+             "shapes { sphere { radius: 1 } interior_medium: 'air' }",
+             "a scene without media"},
         Case{"materials { name: 'm' diffuse { } opacity { constant: 0.5 } } shapes { sphere { radius: 1 } "
              "material: 'm' }",
              "without surfaces that light passes straight"},
