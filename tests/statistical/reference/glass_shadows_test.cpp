@@ -89,14 +89,14 @@ TEST_P(Glass, TheSkyShinesOnce) {
   expect_same(picture(scene, "TRACED", GetParam()), picture(scene, "STRAIGHT", GetParam()));
 }
 
-/// Whichever of paths and rays to lights pass a curtain, they do so once.
+/// Light that passes a curtain is counted once, by paths (`path`) or by rays to lights as well (`volpath`).
 TEST_P(Glass, CurtainsAreAsBefore) {
   const std::string scene = absl::StrCat(kFloor, disk("sheet", 1, false), disk("curtain", 1.2, false), kLamp);
   expect_same(picture(scene, "TRACED", GetParam()), picture(scene, "STRAIGHT", GetParam()));
 }
 
-/// A ball that bends nothing is not there, whatever its shape.
-TEST_P(Glass, OfNoIndexIsNoGlass) {
+/// A ball of index 1 bends no light, so even a curved one is exact.
+TEST_P(Glass, IndexMatchedBallsAreInvisible) {
   const std::string scene = absl::StrCat(kFloor, kLamp);
   const std::string ball =
       "shapes { sphere { radius: 0.45 } material: 'air' "

@@ -224,8 +224,8 @@ class BuiltScene final : public RenderScene {
         sharing_(job.view().path_sharing()),
         tables_(content_->tables) {}
 
-  /// What keeps pixels from sharing light: how much of it gets from one surface to another is not known, or
-  /// not in one number.
+  /// Names the part of the scene that keeps pixels from sharing light; empty where there is none. Sharing
+  /// needs the transmittance between two surfaces as one number, the same for all bands.
   std::string_view unshared_because() const {
     if (!tables_.paths_pass) return "";
     if (!tables_.media.media.empty()) return "media";

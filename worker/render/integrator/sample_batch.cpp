@@ -40,7 +40,7 @@ PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
 
 namespace {
 
-/// That of its first pixel, for all of each `group`: what neighbours share is light of one time.
+/// Returns the time of each group's first pixel, for all of the group: neighbours share light of one time.
 Float time_of_group(Float time, int group) {
   if (group == 1) return time;
   alignas(64) float times[kWidth];

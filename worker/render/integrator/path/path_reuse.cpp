@@ -141,7 +141,7 @@ void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& 
 void PathReuse::at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatch& batch) {
   const Int shared = gather(shared_, path.slot, lanes);
   Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
-  // What is behind glass is weighed against samples of lights from here, which it lets pass.
+  // Light found behind glass is weighed against light samples from here, which pass the glass.
   if (scene_.straight_shadows)
     taken = and_not(taken, clear_glass_at(scene_, v.surface, path.direction, taken));
   if (none(taken)) return;
@@ -334,8 +334,8 @@ void PathReuse::trace(ConnectionQueue& queue) {
   queue.size = 0;
 }
 
-/// Through what lets some of the light straight on, all bands alike: as much of a path's samples gets there.
-/// Rays of which nothing arrives leave their pairs as they are, which is below 0.
+/// Multiplies the density and the weight of each pair by the transmittance of its ray, which is also the
+/// probability with which a path gets there. Pairs whose ray is blocked keep their negative density.
 void PathReuse::march(ConnectionQueue& queue) {
   transit_.march(Passenger::kPath, queue, room_, 0, [&](const WideConnection& ray, Mask arrived) {
     const Float through = ray.contribution.c[0];
@@ -345,7 +345,8 @@ void PathReuse::march(ConnectionQueue& queue) {
   });
 }
 
-/// A sample has found its own second surface, whatever rounding makes of the ray that has been traced again.
+/// Makes the densities of samples' own second surfaces positive: a path has been there, even if rounding
+/// blocks the ray that was traced again.
 void PathReuse::see_own(int place, const Packet& firsts) {
   const Int own = Int::iota(place) + (firsts.slot & Int(group_ - 1)) * Int(kPadded);
   scatter(abs(gather(pdf_.data(), own, firsts.lanes)), pdf_.data(), own, firsts.lanes);

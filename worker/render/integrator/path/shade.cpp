@@ -273,9 +273,9 @@ void Wavefront::look_for_shadow_of_sky(const Event& e, const BsdfSample& bsdf, S
   }
 }
 
-/// Rays to lights have passed clear glass: what is found behind it is weighed as if it were not there. Within
-/// glass the density's sign tells whether the path has been mirrored an odd number of times: then it leaves
-/// as if mirrored by the glass as a whole, and nothing else finds what it does.
+/// Keeps the density and the receiver of paths that pass clear glass, as rays to lights do: light behind it
+/// is weighed as if it were not there. Within glass a negative density marks an odd number of reflections:
+/// such a path leaves as if the glass as a whole had mirrored it, and light samples do not find its light.
 void Wavefront::keep_reference(const Event& e, const BsdfSample& bsdf, Mask events, WidePath& next) const {
   const Vertex& v = e.vertex;
   const Mask bent = and_not(events & bsdf.specular, v.in_medium);

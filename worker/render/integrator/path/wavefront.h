@@ -71,7 +71,7 @@ class Wavefront : public Integrator {
   void scatter_path(const Event& e, Mask events, int depth, int& kept);
   /// Whether paths may share what they find at this event.
   bool reuses(int depth) const { return reuse_ && reuse_->follows(depth); }
-  /// Whether, where it does, light that lamps or the sky send to second surfaces has but one density.
+  /// Whether second surfaces share the light of lamps and of the sky: paths find each by one density alone.
   bool shares_lamps() const { return !scene_.straight_shadows; }
   bool shares_sky() const { return shares_lamps() && scene_.lights.infinite_lights.size() <= 1; }
   Int state_behind(const Event& e, Vec3 wi, int depth, Mask lanes) const;
