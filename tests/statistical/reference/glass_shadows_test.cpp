@@ -18,6 +18,10 @@ constexpr const char* kFloor = R"(
   materials { name: 'curtain' diffuse { reflectance { constant { constant: 0.2 } } } opacity { constant: 0.4 } }
   materials { name: 'sheet' thin_dielectric { eta { constant: 1.5 } } }
   materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
+  materials { name: 'red sheet' thin_dielectric { eta { constant: 1.5 }
+              transmission_tint { constant { rgb { r: 0.9 g: 0.3 b: 0.5 } } } } }
+  materials { name: 'red' dielectric { eta { constant: 1.5 }
+              transmission_tint { constant { rgb { r: 0.9 g: 0.5 b: 0.7 } } } } }
   materials { name: 'air' dielectric { eta { constant: 1 } } }
   shapes { disk { radius: 9 } material: 'matt' }
   camera { orthographic { } world_from_camera { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,0.8, 0,0,0,1] } }
@@ -38,7 +42,9 @@ std::string disk(const char* material, double height, bool turned) {
 }
 
 /// Outside is above the upper side and below the lower one.
-std::string slab(double thickness) { return disk("glass", 1, true) + disk("glass", 1 + thickness, false); }
+std::string slab(double thickness, const char* material = "glass") {
+  return disk(material, 1, true) + disk(material, 1 + thickness, false);
+}
 
 Picture picture(const std::string& scene, const char* shadows, const char* integrator,
                 std::uint32_t max_depth = 8) {
@@ -51,7 +57,7 @@ Picture picture(const std::string& scene, const char* shadows, const char* integ
 }
 
 class Glass : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(, Glass, testing::Values("path", "volpath"));
+INSTANTIATE_TEST_SUITE_P(, Glass, testing::Values("path", "volpath", "guided"));
 
 TEST_P(Glass, SheetsAreExact) {
   const std::string scene = absl::StrCat(kFloor, disk("sheet", 1, false), kLamp);
@@ -67,6 +73,15 @@ TEST_P(Glass, ThinSlabsMoveLightByNextToNothing) {
                 straight = picture(scene, "STRAIGHT", GetParam());
   expect_same(traced, straight, 3e-3);
   EXPECT_LT(straight.whole(0).error, 0.5 * traced.whole(0).error);
+}
+
+TEST_P(Glass, TintedGlassTints) {
+  for (const std::string& glass : {disk("red sheet", 1, false), slab(0.004, "red")}) {
+    const std::string scene = absl::StrCat(kFloor, glass, kLamp);
+    const Picture straight = picture(scene, "STRAIGHT", GetParam());
+    expect_same(picture(scene, "TRACED", GetParam()), straight, 3e-3);
+    EXPECT_LT(straight.whole(1).mean, 0.7 * straight.whole(0).mean);
+  }
 }
 
 /// Nothing but rays to it finds the sun; how much gets through a sheet is known.

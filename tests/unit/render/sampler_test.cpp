@@ -92,6 +92,59 @@ TEST(ZSobolSampler, HasRoomForAllSamplesOfAPixel) {
   EXPECT_EQ(keys.size(), 40u * 2 * kWidth);
 }
 
+/// Numbers `first` .. first + count - 1 of the 16 pixels of a group: pixel m's number first + i at 16 i + m.
+std::vector<Pair> of_group(int dimension, std::uint32_t first, std::uint32_t count, std::uint32_t x = 17) {
+  static_assert(kGroupSize == kWidth);
+  std::vector<Pair> points;
+  const UInt key = Sampler::group_key(Sampler::pixel_hash(3, UInt(x), UInt(5u)), UInt::iota(0));
+  for (std::uint32_t number = first; number < first + count; ++number) {
+    const Vec2 u = Sampler(SamplerKind::kGroupSobol, key, reverse_bits(UInt(number))).get_2d(dimension);
+    for (int l = 0; l < kWidth; ++l) points.emplace_back(u.x.lane(l), u.y.lane(l));
+  }
+  return points;
+}
+
+TEST(GroupSobolSampler, SamplesOfOneNumberAndOfTheFirstNumbersAreNets) {
+  for (const int dimension : {0, 3, 70}) {
+    const std::vector<Pair> points = of_group(dimension, 0, 256);
+    for (std::size_t number = 0; number < 256; ++number)
+      expect_net(std::span(points).subspan(16 * number, 16), 4);
+    for (int m = 5; m <= 12; ++m) expect_net(std::span(points).first(std::size_t{1} << m), m);
+  }
+}
+
+TEST(GroupSobolSampler, EveryAlignedPowerOfTwoRunOfAPixelIsANet) {
+  for (const std::uint32_t first : {0u, 1u << 12, 1u << 23}) {
+    constexpr std::uint32_t kNumbers = 4096;
+    const std::vector<Pair> points = of_group(3, first, kNumbers);
+    for (std::size_t member = 0; member < 16; ++member) {
+      std::vector<Pair> own;
+      for (std::size_t i = 0; i < kNumbers; ++i) own.push_back(points[16 * i + member]);
+      for (const int m : {1, 2, 4, 5, 8, 12}) {
+        const std::size_t run = std::size_t{1} << m;
+        for (std::size_t at = 0; at < kNumbers; at += run) expect_net(std::span(own).subspan(at, run), m);
+      }
+    }
+  }
+}
+
+/// Dimensions of one pixel, and of two of its group, are independent: means over groups of u v, in standard
+/// deviations.
+TEST(GroupSobolSampler, OneSampleIsUniformOverGroups) {
+  constexpr std::uint32_t kGroups = 4096;
+  double sums[2][2]{};
+  for (std::uint32_t group = 0; group < kGroups; ++group) {
+    const std::vector<Pair> a = of_group(1, 5, 1, group), b = of_group(6, 5, 1, group);
+    sums[0][0] += double{a[3].first} * a[3].second, sums[0][1] += double{a[3].first} * b[3].second;
+    sums[1][0] += double{a[3].first} * b[9].second, sums[1][1] += double{a[12].first} * b[12].first;
+  }
+  // |z| > 4.5 has probability 7e-6; the seed is fixed.
+  for (const auto& two : sums) {
+    for (const double sum : two)
+      EXPECT_LT(std::abs(sum / kGroups - 0.25) / std::sqrt(7.0 / 144 / kGroups), 4.5);
+  }
+}
+
 /// Mean of u v over pixels minus 1/4, in standard deviations: 7/144 is the variance of u v for independent u
 /// and v.
 double product_z(SamplerKind kind, int dimension_a, int dimension_b) {

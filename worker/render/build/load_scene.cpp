@@ -158,7 +158,7 @@ class BuiltScene final : public RenderScene {
 
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes = content_->notes;
-    if (sharing_ == v1::PATH_SHARING_AUTO && !unshared_because().empty()) notes.push_back(unshared_message());
+    if (sharing_ == v1::PATH_SHARING_AUTO && !unshared_because_.empty()) notes.push_back(unshared_message());
     if (too_little_by_sharing_) {
       notes.push_back(absl::StrFormat(
           "pixels do not share light: a pilot finds %.2f times the efficiency (standard error %.0f %%)",
@@ -226,7 +226,7 @@ class BuiltScene final : public RenderScene {
 
   /// Names the part of the scene that keeps pixels from sharing light; empty where there is none. Sharing
   /// needs the transmittance between two surfaces as one number, the same for all bands.
-  std::string_view unshared_because() const {
+  std::string_view find_what_shares_nothing() const {
     if (!tables_.paths_pass) return "";
     if (!tables_.media.media.empty()) return "media";
     const auto has = [](const auto& records, std::int32_t flags) {
@@ -238,11 +238,12 @@ class BuiltScene final : public RenderScene {
   }
 
   std::string unshared_message() const {
-    return absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because()));
+    return absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because_));
   }
 
   void find_group() {
-    if (!unshared_because().empty()) {
+    unshared_because_ = find_what_shares_nothing();
+    if (!unshared_because_.empty()) {
       if (sharing_ > v1::PATH_SHARING_OFF) warnings_.push_back(unshared_message());
       return;
     }
@@ -263,12 +264,18 @@ class BuiltScene final : public RenderScene {
       default:
         return;
     }
-    if (sharing_ != v1::PATH_SHARING_AUTO) return;
+    if (sharing_ == v1::PATH_SHARING_AUTO && !sharing_pays()) {
+      group_ = {};
+    } else if (group_.count() == kGroupSize && tables_.sampler.kind == SamplerKind::kSobol) {
+      tables_.sampler.kind = SamplerKind::kGroupSobol;
+    }
+  }
+
+  bool sharing_pays() {
     const SharingPilot pilot =
         make_sharing_pilot(algorithm_, tables_, *content_->rays, prepared_alone_.get(), scatters(), group_);
-    if (pilot.pays()) return;
-    group_ = {};
-    too_little_by_sharing_ = pilot;
+    if (!pilot.pays()) too_little_by_sharing_ = pilot;
+    return pilot.pays();
   }
 
   /// What an algorithm without phases makes of the scene alone.
@@ -337,15 +344,17 @@ class BuiltScene final : public RenderScene {
       }
       return true;
     }
+    const FilmSize size{static_cast<std::uint32_t>(tables_.camera.width),
+                        static_cast<std::uint32_t>(tables_.camera.height)};
     if (scatters()) {
-      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset, counts, group_);
+      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset, counts, group_, size);
       const std::uint64_t samples = stats.samples;
       const bool finished = integrator->render(film, film, stop);
       // Those of the border are none of the picture's.
       stats.samples = std::accumulate(result.counts.begin(), result.counts.end(), samples);
       return finished;
     }
-    FixedTile film(result, counts, group_);
+    FixedTile film(result, counts, group_, size);
     const std::uint64_t samples = stats.samples;
     const bool finished = integrator->render(film, film, stop);
     // Those of neighbours beyond the tile are none of the picture's.
@@ -362,7 +371,8 @@ class BuiltScene final : public RenderScene {
   const NoiseTarget noise_;
   const bool may_scatter_;
   const v1::PathSharing sharing_;
-  PixelGroup group_;  // of neighbours that share light
+  PixelGroup group_;                   // of neighbours that share light
+  std::string_view unshared_because_;  // the scene has this; empty: its pixels may share light
   std::optional<SharingPilot> too_little_by_sharing_;
   SceneTables tables_;
   std::vector<std::string> warnings_ = content_->warnings;

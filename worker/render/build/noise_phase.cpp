@@ -15,7 +15,7 @@ bool make_noise_pilot(const Algorithm& algorithm, const IntegratorContext& conte
              height = static_cast<std::uint32_t>(context.scene.camera.height);
   const FilmRect pixels = crop.x0 < crop.x1 ? crop : FilmRect{0, 0, width, height};
   const auto integrator = algorithm.make(context);
-  NoisePilot pilot(pixels, width, height, part, target, scatters, group, context.seed, context.stats);
+  NoisePilot pilot(pixels, {width, height}, part, target, scatters, group, context.seed, context.stats);
   const bool finished = integrator->render(pilot, pilot, std::move(stop));
   context.stats.samples = samples;  // those of phases are none of the picture's
   if (finished) blob = pilot_blob(pilot.result());

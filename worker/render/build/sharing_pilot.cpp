@@ -30,8 +30,8 @@ class Blocks final : public SampleSource, public Film {
  public:
   Blocks(const SceneTables& scene, bool scatters, PixelGroup group, bool shared, const RenderStats& stats)
       : shared_(shared) {
-    const auto width = static_cast<std::uint32_t>(scene.camera.width),
-               height = static_cast<std::uint32_t>(scene.camera.height);
+    const FilmSize film{static_cast<std::uint32_t>(scene.camera.width),
+                        static_cast<std::uint32_t>(scene.camera.height)};
     // The least that a pilot takes.
     const NoiseTarget target{.noise = 1, .samples = 1};
     for (std::uint32_t i = 0; i < kBlocks; ++i) {
@@ -40,9 +40,9 @@ class Blocks final : public SampleSource, public Film {
         const double place = std::fmod(0.5 + step * i, 1.0) * pixels;
         return std::min(static_cast<std::uint32_t>(place), pixels - 1);
       };
-      const std::uint32_t x = at(0.7548776662466927, width), y = at(0.5698402909980532, height);
-      pilots_.push_back(std::make_unique<NoisePilot>(FilmRect{x, y, x + 1, y + 1}, width, height,
-                                                     PartRequest{}, target, scatters, group, kSeed, stats));
+      const std::uint32_t x = at(0.7548776662466927, film.width), y = at(0.5698402909980532, film.height);
+      pilots_.push_back(std::make_unique<NoisePilot>(FilmRect{x, y, x + 1, y + 1}, film, PartRequest{},
+                                                     target, scatters, group, kSeed, stats));
     }
   }
 

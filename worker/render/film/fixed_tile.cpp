@@ -15,7 +15,7 @@ constexpr std::uint32_t kTogether = 4;
 
 }  // namespace
 
-FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts, PixelGroup group)
+FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts, PixelGroup group, FilmSize film)
     : result_(result),
       group_pixels_(group),
       channels_(static_cast<std::size_t>(
@@ -37,7 +37,8 @@ FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts, Pixel
   for (const std::size_t first : firsts) {
     for (const auto [x, y] : std::span(pixels).subspan(first, size)) {
       order_.push_back(x < width && y < height ? y * width + x : kBeyond);
-      places_.push_back({result.x0 + x, result.y0 + y, 0, 0});
+      const std::uint32_t film_x = result.x0 + x, film_y = result.y0 + y;
+      places_.push_back({film_x, film_y, 0, film.reaches(film_x, film_y, 0, 0) ? 0 : kUnsampled});
     }
     const std::uint32_t samples = samples_of(first);
     if (groups_.empty() || groups_.back().samples != samples) groups_.push_back({0, samples});
@@ -67,7 +68,7 @@ std::size_t FixedTile::next(std::span<SampleName> names) {
   SampleName* name = names.data();
   for (; taken_ < end; ++taken_) {
     for (const SampleName& place : std::span(places_).subspan(first_, count_)) {
-      *name++ = {place.x, place.y, result_.sample_begin + taken_, 0};
+      *name++ = {place.x, place.y, result_.sample_begin + taken_, place.stream};
     }
   }
   return static_cast<std::size_t>(name - names.data());

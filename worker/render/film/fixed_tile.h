@@ -19,7 +19,8 @@ class FixedTile final : public SampleSource, public Film {
   /// `result` has its rectangle, sample range and channels set; counts and values are filled in as pixels are
   /// finished. With `counts`, which outlive the tile, pixels take the first samples of the range, as many as
   /// these say; else all of them.
-  explicit FixedTile(wire::TileResult& result, const SampleCounts* counts = nullptr, PixelGroup group = {});
+  explicit FixedTile(wire::TileResult& result, const SampleCounts* counts = nullptr, PixelGroup group = {},
+                     FilmSize film = {});
 
   std::size_t next(std::span<SampleName> names) override;
   PixelGroup group() const override { return group_pixels_; }

@@ -50,9 +50,9 @@ constexpr std::uint32_t kTogether = 2;
 
 }  // namespace
 
-NoisePilot::NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint32_t film_height,
-                       const PartRequest& part, const NoiseTarget& target, bool scatters, PixelGroup group,
-                       std::uint64_t seed, const RenderStats& stats)
+NoisePilot::NoisePilot(const FilmRect& crop, FilmSize film, const PartRequest& part,
+                       const NoiseTarget& target, bool scatters, PixelGroup group, std::uint64_t seed,
+                       const RenderStats& stats)
     : blocks_(blocks_of(crop, part)),
       group_(group),
       pixels_of_block_(pilot_pixels(target, group)),
@@ -61,14 +61,13 @@ NoisePilot::NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint
       opened_(blocks_.pixel_count()),
       rays_(stats.rays()) {
   // Those of a batch are neighbours, whose samples cost about the same.
-  for (const std::uint32_t block : z_order(blocks_.width(), blocks_.y1 - blocks_.y0))
-    open_block(block, film_width, film_height);
+  for (const std::uint32_t block : z_order(blocks_.width(), blocks_.y1 - blocks_.y0)) open_block(block, film);
   if (scatters_) make_places(seed);
 }
 
 /// The first groups in an order whose bits are reversed are evenly spread, and so are those that
 /// follow: the halves of a block.
-void NoisePilot::open_block(std::uint32_t block, std::uint32_t film_width, std::uint32_t film_height) {
+void NoisePilot::open_block(std::uint32_t block, FilmSize film) {
   const std::uint32_t x = blocks_.x0 + block % blocks_.width(), y = blocks_.y0 + block / blocks_.width();
   opened_[block].begin = pixels_.size();
   const auto turned = static_cast<std::uint32_t>(base::split_mix(std::uint64_t{y} << 32 | x));
@@ -85,7 +84,7 @@ void NoisePilot::open_block(std::uint32_t block, std::uint32_t film_width, std::
     for (std::uint32_t k = 0; k < size; ++k) {
       const PixelPlace& place = places[group * size + k];
       const std::uint32_t px = x * kNoiseBlock + place.x, py = y * kNoiseBlock + place.y;
-      pixels_.push_back({block, px, py, number + k, px < film_width && py < film_height, {}});
+      pixels_.push_back({block, px, py, number + k, film.reaches(px, py, 0, 0), {}});
     }
     if (std::ranges::any_of(std::span(pixels_).subspan(begin), &Pixel::in_film)) {
       number += size;
@@ -119,7 +118,7 @@ std::size_t NoisePilot::next(std::span<SampleName> names) {
       const Pixel& pixel = pixels_[i];
       names[given_.size()] = {pixel.x, pixel.y,
                               (stream * pixels_of_block_ + pixel.number) * kTogether + sample_ % kTogether,
-                              kFirstStream + stream};
+                              pixel.in_film ? kFirstStream + stream : kUnsampled};
       given_.push_back(i);
     }
     if (++sample_ == 2 * kTogether) sample_ = 0, pixel_ += group;
@@ -131,9 +130,12 @@ void NoisePilot::splat(std::span<const Splat>) { assert(!"only passes take light
 
 void NoisePilot::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
   const std::uint64_t rays = stats_.rays();
-  const double cost = static_cast<double>(rays - rays_) / static_cast<double>(names.size());
+  const auto is_sampled = [](const SampleName& name) { return name.stream != kUnsampled; };
+  const double cost =
+      static_cast<double>(rays - rays_) / static_cast<double>(std::ranges::count_if(names, is_sampled));
   rays_ = rays;
   for (std::size_t i = 0; i < names.size(); ++i) {
+    if (!is_sampled(names[i])) continue;
     Pixel& pixel = pixels_[given_[i]];
     for (std::size_t c = 0; c < kColors; ++c)
       pixel.sums[names[i].stream - kFirstStream][c] += static_cast<double>(planes[c * stride + i]);

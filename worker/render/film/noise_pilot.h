@@ -28,9 +28,8 @@ class NoisePilot final : public SampleSource, public Film {
   /// Samples the blocks of one part of the film's `crop`. `stats` are those of the integrator: costs are read
   /// from them. `scatters`: samples lie anywhere in their pixels, and not as the filter is distributed.
   /// `group`: neighbours that share light.
-  NoisePilot(const FilmRect& crop, std::uint32_t film_width, std::uint32_t film_height,
-             const PartRequest& part, const NoiseTarget& target, bool scatters, PixelGroup group,
-             std::uint64_t seed, const RenderStats& stats);
+  NoisePilot(const FilmRect& crop, FilmSize film, const PartRequest& part, const NoiseTarget& target,
+             bool scatters, PixelGroup group, std::uint64_t seed, const RenderStats& stats);
 
   std::size_t next(std::span<SampleName> names) override;
   const CommonPlaces* places() const override { return scatters_ ? &common_ : nullptr; }
@@ -56,7 +55,7 @@ class NoisePilot final : public SampleSource, public Film {
     std::uint32_t samples = 0;
   };
 
-  void open_block(std::uint32_t block, std::uint32_t film_width, std::uint32_t film_height);
+  void open_block(std::uint32_t block, FilmSize film);
   void make_places(std::uint64_t seed);
 
   const FilmRect blocks_;

@@ -40,6 +40,12 @@ std::vector<PixelPlace> groups_in(std::uint32_t left, std::uint32_t top, std::ui
   const std::uint32_t rows = (pad_y + height + cell_height - 1) / cell_height;
   const std::uint32_t size = group.width * group.height;
   const std::size_t packets = group.step * group.step * size / packet_of(group);
+  // Blocks along the cell's upper and lower edge have one turn each.
+  const auto drawn_at = [&](std::uint32_t i) {
+    const std::uint32_t row = i / group.width;
+    const bool at_edge = group.height > 2 && (row == 0 || row + 1 == group.height);
+    return at_edge ? row * group.width : i;
+  };
   std::vector<PixelPlace> places, pixels(packet_of(group));
   for (const std::uint32_t cell : z_order(columns, rows)) {
     const PixelPlace corner{cell % columns * cell_width - pad_x, cell / columns * cell_height - pad_y};
@@ -50,7 +56,7 @@ std::vector<PixelPlace> groups_in(std::uint32_t left, std::uint32_t top, std::ui
         const auto place = static_cast<std::uint32_t>(packet * pixels.size()) + k;
         const std::uint32_t column = place / size / group.step, row = place / size % group.step;
         const std::uint32_t i = place % size;
-        const auto turn = static_cast<std::uint32_t>(drawn >> (4 * i) & 0xf);
+        const auto turn = static_cast<std::uint32_t>(drawn >> (4 * drawn_at(i)) & 0xf);
         pixels[k] = {corner.x + group.x(i) + column, corner.y + group.y(i) + (row + turn) % group.step};
         any |= pixels[k].x < width && pixels[k].y < height;
       }

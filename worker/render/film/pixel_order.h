@@ -28,8 +28,9 @@ std::size_t packet_of(const PixelGroup& group);
 /// cells along a Z-order curve.
 ///
 /// A group's pixels lie in the same column of all blocks of the cell. The row is drawn by a hash for each
-/// block, so that light which a group shares makes no regular pattern. Columns are not drawn, and a packet
-/// holds groups of one column: fewer packets then reach into a border that is one pixel wide.
+/// block, so that light which a group shares makes no regular pattern. Columns are not drawn, nor, of cells
+/// more than two blocks high, rows of blocks along the upper and lower edge one by one, and a packet holds
+/// groups of one column: fewer packets then reach into a border that is one pixel wide.
 std::vector<PixelPlace> groups_in(std::uint32_t left, std::uint32_t top, std::uint32_t width,
                                   std::uint32_t height, const PixelGroup& group);
 

@@ -7,12 +7,25 @@
 
 namespace tessera::render {
 
+/// In place of a stream: nobody samples here. What fills up a group of pixels at the edge of what counts.
+inline constexpr std::uint32_t kUnsampled = ~0u;
+
 /// One sample of the film.
 struct SampleName {
-  std::uint32_t x, y;   // pixel of the film; modulo 2^32, of a border around it
-  std::uint32_t index;  // in its sequence
-  std::uint32_t
-      stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a TileRequest
+  std::uint32_t x, y;    // pixel of the film; modulo 2^32, of a border around it
+  std::uint32_t index;   // in its sequence
+  std::uint32_t stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a
+                         // TileRequest. kUnsampled: none
+};
+
+/// Pixels of the whole film, whatever is rendered of it.
+struct FilmSize {
+  std::uint32_t width = 1u << 31, height = 1u << 31;
+
+  /// Whether a pixel is of the film, or of the border around it with as many pixels on each side.
+  bool reaches(std::uint32_t x, std::uint32_t y, std::uint32_t border_x, std::uint32_t border_y) const {
+    return x + border_x < width + 2 * border_x && y + border_y < height + 2 * border_y;
+  }
 };
 
 /// Places of samples within their pixels, in pixels from the upper left corner: those of sample `first + i`
@@ -23,7 +36,8 @@ struct CommonPlaces {
 };
 
 /// A group of pixels, one from each of `width` x `height` blocks of step x step pixels. These blocks make a
-/// cell of the film's grid, which step x step groups fill. Sizes of cells divide wire::kNoiseBlock.
+/// cell of the film's grid, which step x step groups fill. Sizes of cells divide wire::kNoiseBlock. Members
+/// whose pixel is beyond the film, and beyond the border that filters reach, are not sampled.
 struct PixelGroup {
   std::uint32_t width = 1, height = 1, step = 1;
 

@@ -30,12 +30,13 @@ std::uint32_t filter_reach(const FilterAxis& axis) {
 }
 
 ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord& filter, std::uint64_t seed,
-                         const SampleCounts* counts, PixelGroup group)
+                         const SampleCounts* counts, PixelGroup group, FilmSize film)
     : result_(result),
       filter_(filter),
       seed_(seed),
       counts_(counts),
       group_pixels_(group),
+      film_(film),
       reach_x_(filter_reach(filter.x)),
       reach_y_(filter_reach(filter.y)),
       width_(result.x1 - result.x0 + 2 * reach_x_),
@@ -149,7 +150,8 @@ void ScatterTile::order_pixels(const std::vector<std::uint32_t>& number_of) {
     if (std::ranges::all_of(numbers, [](std::uint32_t number) { return number == kNone; })) continue;
     for (std::size_t i = 0; i < size; ++i) {
       order_.push_back(numbers[i] == kNone ? beyond++ : numbers[i]);
-      places_.push_back({left + packet[i].x, top + packet[i].y, 0, 0});
+      const std::uint32_t x = left + packet[i].x, y = top + packet[i].y;
+      places_.push_back({x, y, 0, film_.reaches(x, y, reach_x_, reach_y_) ? 0 : kUnsampled});
     }
   }
 }
@@ -217,7 +219,7 @@ std::size_t ScatterTile::next(std::span<SampleName> names) {
   SampleName* name = names.data();
   for (std::uint32_t s = 0; s < together_; ++s) {
     for (const SampleName& place : std::span(places_).subspan(next_pixel_, count_))
-      *name++ = {place.x, place.y, common_.first + s, 0};
+      *name++ = {place.x, place.y, common_.first + s, place.stream};
   }
   next_pixel_ += count_;
   return static_cast<std::size_t>(name - names.data());

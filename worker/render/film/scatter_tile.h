@@ -35,7 +35,7 @@ class ScatterTile final : public SampleSource, public Film {
   /// samples have come. `seed` decides where in pixels samples lie. With `counts`, which outlive the tile,
   /// pixels take the first samples of the range, which begins at 0, as many as these say; else all of them.
   ScatterTile(wire::TileResult& result, const PixelFilterRecord& filter, std::uint64_t seed,
-              const SampleCounts* counts = nullptr, PixelGroup group = {});
+              const SampleCounts* counts = nullptr, PixelGroup group = {}, FilmSize film = {});
 
   std::size_t next(std::span<SampleName> names) override;
   const CommonPlaces* places() const override { return &common_; }
@@ -79,6 +79,7 @@ class ScatterTile final : public SampleSource, public Film {
   const std::uint64_t seed_;
   const SampleCounts* const counts_;
   const PixelGroup group_pixels_;
+  const FilmSize film_;
   const std::uint32_t reach_x_, reach_y_;
   const std::uint32_t width_, height_;  // of the tile and its border
   std::vector<std::uint32_t> firsts_;   // planes of which a pixel's own sample counts alone

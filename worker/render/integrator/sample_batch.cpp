@@ -40,12 +40,13 @@ PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
 
 namespace {
 
-/// Returns the time of each group's first pixel, for all of the group: neighbours share light of one time.
-Float time_of_group(Float time, int group) {
-  if (group == 1) return time;
-  alignas(64) float times[kWidth];
-  time.store(times);
-  return gather(times, Int::iota(0) & Int(-group), Mask::all());
+/// Returns what the first pixel of each group has, for all of the group.
+template <class T>
+Wide<T> of_first_in_group(Wide<T> each, int group) {
+  if (group == 1) return each;
+  alignas(64) T values[kWidth];
+  each.store(values);
+  return gather(values, Int::iota(0) & Int(-group), Mask::all());
 }
 
 }  // namespace
@@ -66,6 +67,11 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
                stream = bit_cast<std::uint32_t>(name.c[3]);
     SampleKey key = sample_key(config, px, py, bit_cast<std::uint32_t>(name.c[2]));
     key.pixel = Sampler::stream_hash(key.pixel, stream);
+    if (config.kind == SamplerKind::kGroupSobol) {
+      const Int first = of_first_in_group(bit_cast<std::int32_t>(key.pixel), group);
+      key.pixel = Sampler::group_key(bit_cast<std::uint32_t>(first),
+                                     UInt::iota(0) & UInt(static_cast<std::uint32_t>(group) - 1));
+    }
     const Sampler sampler(scene_.sampler.kind, key.pixel, key.reversed_sample);
 
     // Where on the film, and where on the lens.
@@ -85,7 +91,9 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
       }
       if (scene_.camera.lens_radius > 0) lens = sampler.get_2d(dimension::kLens);
       if (scene_.any_motion)
-        time = shared_time ? Float(*shared_time) : time_of_group(sampler.get_2d(dimension::kTime).x, group);
+        // Neighbours share light of one time.
+        time =
+            shared_time ? Float(*shared_time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
       film = {fma(to_float(place.x), 1.0f / kPlaceSteps, film.x),
@@ -125,6 +133,12 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
   stats_.camera_rays += static_cast<std::uint64_t>(size_);
   stats_.samples += static_cast<std::uint64_t>(size_);
   return size_ > 0;
+}
+
+void SampleBatch::miss_unsampled(HitState& hits) const {
+  for (int i = 0; i < size_; ++i) {
+    if (names_[i].stream == kUnsampled) hits.shape[i] = -1;
+  }
 }
 
 void SampleBatch::count_visits(const PathState& camera_rays) {

@@ -54,6 +54,8 @@ class SampleBatch {
   /// its own. False when nothing more is wanted.
   bool start(SampleSource& source, PathState& paths, int most = kBatch,
              SamplePlaces places = SamplePlaces::kRandom, std::optional<float> time = std::nullopt);
+  /// Misses in place of the hits of camera rays that nobody samples (kUnsampled).
+  void miss_unsampled(HitState& hits) const;
   /// Begins `n` samples that are none of the film's: number `first` of the sequence of `key`, and those after
   /// it.
   void start(std::uint32_t key, std::uint32_t first, int n);

@@ -28,12 +28,33 @@ TESSERA_INLINE UInt pascal_reversed(UInt x) {
   return x ^ shift_right<16>(x & 0xffff0000u);
 }
 
+/// The remainder of a polynomial over GF(2), its coefficients the bits of `p`, by x^4 + x + 1.
+TESSERA_INLINE UInt remainder_by_primitive(UInt p) {
+  p = (p & 0xffffu) ^ shift_right<16>(p) * 2u;  // x^16 is x
+  for (int i = 0; i < 2; ++i) {
+    const UInt high = shift_right<8>(p);  // x^8 is x^2 + 1
+    p = (p & 0xffu) ^ high ^ (high * 4u);
+  }
+  for (int i = 0; i < 2; ++i) {
+    const UInt high = shift_right<4>(p);  // x^4 is x + 1
+    p = (p & 0xfu) ^ high ^ (high * 2u);
+  }
+  return p;
+}
+
 /// The sequences of 16 (pixel, sample) pairs. "sobol" pads the first two Sobol' dimensions: each pair of
 /// dimensions is the same (0,2)-sequence, its order shuffled and its values Owen-scrambled by hashes of pixel
 /// and dimension [Burley 2020].
+///
+/// "group sobol" does this for kGroupSize pixels at once, which have one sequence: number i of a pixel is one
+/// of the points 16 i to 16 i + 15 of it, each of them another pixel's. So those of one number are a
+/// (0,4,2)-net, and those of the first 2^k numbers a (0,k+4,2)-net. Which of the 16 a pixel takes is its own
+/// number among them plus the remainder of i x^4 as a polynomial: a pixel's own points are a (0,2)-sequence
+/// then as well (checked for the first 2^14; taken in turn, they would all lie in a strip).
 class Sampler {
  public:
-  /// `pixel` is pixel_hash() of the pixel, `reversed_sample` the bit-reversed sample index.
+  /// `pixel` is pixel_hash() of the pixel, `reversed_sample` the bit-reversed sample index. For kGroupSobol
+  /// `pixel` is group_key().
   TESSERA_INLINE Sampler(SamplerKind kind, UInt pixel, UInt reversed_sample)
       : kind_(kind), pixel_(pixel), reversed_sample_(reversed_sample) {}
 
@@ -48,14 +69,26 @@ class Sampler {
     return pixel ^ hash(stream);  // hash(0) is 0
   }
 
+  /// For kGroupSobol, from the hash of the group's first pixel and the pixel's number in the group.
+  static TESSERA_INLINE UInt group_key(UInt hash_of_first, UInt member) {
+    return (hash_of_first & ~(kGroupSize - 1)) | member;
+  }
+
   /// Two numbers in [0, 1), jointly stratified over the samples of a pixel.
   TESSERA_INLINE Vec2 get_2d(int pair) const {
-    const UInt seed = hash(pixel_ + static_cast<std::uint32_t>(pair) * 0x9e3779b9u);
+    const bool grouped = kind_ == SamplerKind::kGroupSobol;
+    const UInt sequence = grouped ? pixel_ & ~(kGroupSize - 1) : pixel_;
+    const UInt seed = hash(sequence + static_cast<std::uint32_t>(pair) * 0x9e3779b9u);
     if (kind_ == SamplerKind::kIndependent) {
       const UInt x = hash(reversed_sample_, seed);
       return {to_unit_float(x), to_unit_float(hash(x ^ 0x68bc21ebu))};
     }
-    const UInt index = reverse_bits(scramble_reversed(reversed_sample_, seed));
+    UInt index = reverse_bits(scramble_reversed(reversed_sample_, seed));
+    if (grouped) {
+      index = index * kGroupSize;
+      const UInt member = scramble_reversed(pixel_ & (kGroupSize - 1), hash(seed ^ 0x9216d5d9u));
+      index = index | ((member ^ remainder_by_primitive(index)) & (kGroupSize - 1));
+    }
     const UInt x = reverse_bits(scramble_reversed(index, hash(seed ^ 0xa511e9b3u)));
     const UInt y = reverse_bits(scramble_reversed(pascal_reversed(index), hash(seed ^ 0x63d83595u)));
     return {to_unit_float(x), to_unit_float(y)};

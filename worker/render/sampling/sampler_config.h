@@ -4,7 +4,13 @@
 
 namespace tessera::render {
 
-enum class SamplerKind : std::int32_t { kSobol, kIndependent, kZSobol };
+enum class SamplerKind : std::int32_t {
+  kSobol,
+  kIndependent,
+  kZSobol,
+  kGroupSobol  // kSobol for groups of kGroupSize pixels whose samples are stratified together
+};
+inline constexpr std::uint32_t kGroupSize = 16;
 
 struct SamplerConfig {
   SamplerKind kind = SamplerKind::kSobol;

@@ -70,7 +70,7 @@ TEST(FixedTile, AsksForWholeGroupsOfNeighbours) {
     const test::GroupMap groups(group);
     for (const std::size_t batch : {16u, 100u, 1024u}) {
       wire::TileResult result = empty_result(3, 5, 20, 16, 8, 21);
-      FixedTile film(result, nullptr, group);
+      FixedTile film(result, nullptr, group, {20, 17});
       EXPECT_EQ(film.group().count(), group.count());
       const std::vector<SampleName> names = render_all(film, batch);
       const auto count = static_cast<std::size_t>(group.count());
@@ -79,6 +79,7 @@ TEST(FixedTile, AsksForWholeGroupsOfNeighbours) {
         const SampleName& first = names[i / count * count];
         EXPECT_EQ(groups.of(names[i]), groups.of(first));
         EXPECT_EQ(names[i].index, first.index);
+        EXPECT_EQ(names[i].stream, names[i].x < 20 && names[i].y < 17 ? 0 : kUnsampled);
       }
       EXPECT_EQ(result.values, alone.values) << group.count() << ", batches of " << batch;
       EXPECT_EQ(result.counts, alone.counts);

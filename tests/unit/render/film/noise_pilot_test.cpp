@@ -29,7 +29,7 @@ Pilot pilot_of(const FilmRect& crop, const PartRequest& part, const Shade& shade
                std::vector<SampleName>* all = nullptr, PixelGroup group = {}) {
   constexpr std::size_t kBatch = 128;
   RenderStats stats;
-  NoisePilot film(crop, 60, 44, part, {noise, 4096}, /*scatters=*/true, group, 1, stats);
+  NoisePilot film(crop, {60, 44}, part, {noise, 4096}, /*scatters=*/true, group, 1, stats);
   std::vector<SampleName> names(kBatch);
   std::vector<float> planes(4 * kBatch);
   while (const std::size_t count = film.next(names)) {

@@ -92,5 +92,26 @@ TEST(PixelOrder, GroupsAreSpreadAndTheirRowsAreDrawn) {
   EXPECT_NEAR(second_rows, 512 * 3.5, 200);
 }
 
+/// Of cells of 8 x 8 pixels and four groups.
+TEST(PixelOrder, ABorderOfOnePixelMeetsHalfOfTheGroups) {
+  const PixelGroup group{4, 4, 2};
+  for (const std::uint32_t edge : {7u, 8u}) {
+    EXPECT_EQ(groups_in(0, edge, 64, 1, group).size(), 8u * 32);
+    EXPECT_EQ(groups_in(edge, 0, 1, 64, group).size(), 8u * 32);
+  }
+}
+
+TEST(FilmSize, ReachesTheBorderThatFiltersReach) {
+  constexpr FilmSize kSize{20, 14};
+  EXPECT_TRUE(kSize.reaches(0, 0, 0, 0));
+  EXPECT_TRUE(kSize.reaches(19, 13, 0, 0));
+  EXPECT_FALSE(kSize.reaches(20, 13, 0, 0));
+  EXPECT_FALSE(kSize.reaches(~0u, 0, 0, 0));
+  EXPECT_TRUE(kSize.reaches(~0u, 15, 1, 2));
+  EXPECT_FALSE(kSize.reaches(~0u - 1, 15, 1, 2));
+  EXPECT_FALSE(kSize.reaches(0, 16, 1, 2));
+  EXPECT_TRUE(FilmSize{}.reaches(~0u, ~0u, 4, 4));
+}
+
 }  // namespace
 }  // namespace tessera::render

@@ -140,6 +140,7 @@ TEST(ScatterTile, APixelIsTheWeightedSumOfTheSamplesAroundIt) {
 TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
   const PixelFilterRecord filter = filter_of(FilterKind::kTriangle, 2);
   const SampleCounts counts{{0, 0, 3, 2}, {8, 12, 8, 16, 8, 12}, false};
+  constexpr FilmSize kSize{20, 14};
   for (const SampleCounts* const some : {static_cast<const SampleCounts*>(nullptr), &counts}) {
     wire::TileResult alone = empty_result(1, 2, 19, 13, 0, 16);
     ScatterTile single(alone, filter, kSeed, some);
@@ -147,7 +148,7 @@ TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
     for (const PixelGroup group : test::kGroups) {
       const test::GroupMap groups(group);
       wire::TileResult result = empty_result(1, 2, 19, 13, 0, 16);
-      ScatterTile film(result, filter, kSeed, some, group);
+      ScatterTile film(result, filter, kSeed, some, group, kSize);
       std::vector<SampleName> names(100);
       std::vector<float> planes(kPlanes * names.size());
       const auto whole = static_cast<std::size_t>(group.count());
@@ -157,7 +158,10 @@ TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
           const SampleName& first = names[i / whole * whole];
           EXPECT_EQ(groups.of(names[i]), groups.of(first));
           EXPECT_EQ(names[i].index, first.index);
-          for (std::size_t c = 0; c < kPlanes; ++c) planes[c * names.size() + i] = rough(names[i], c);
+          const bool sampled = kSize.reaches(names[i].x, names[i].y, 2, 2);
+          EXPECT_EQ(names[i].stream, sampled ? 0 : kUnsampled);
+          for (std::size_t c = 0; c < kPlanes; ++c)
+            planes[c * names.size() + i] = sampled ? rough(names[i], c) : std::nanf("");
         }
         film.add(std::span(names).first(count), planes.data(), names.size());
       }

@@ -6,15 +6,11 @@
 #include "absl/status/statusor.h"
 #include "render/build/placement/render_space.h"
 #include "render/camera/camera_record.h"
+#include "render/film/sample_source.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
 
 namespace tessera::render {
-
-/// In pixels.
-struct FilmSize {
-  std::uint32_t width = 0, height = 0;
-};
 
 /// The medium that the camera stands in is left to the caller. InvalidArgument names what is at fault, also
 /// where `algorithm` cannot work with the camera or the film.

@@ -68,6 +68,8 @@ class PathReuse {
     kBeyond = 32  // what the third surface sends back
   };
 
+  static TESSERA_INLINE Mask has(Int bits, std::int32_t some) { return (bits & Int(some)) != 0; }
+
   /// Some of the batch's samples, one after the other.
   struct Samples {
     alignas(64) Lanes<std::int32_t> slot;

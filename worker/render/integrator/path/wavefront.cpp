@@ -55,7 +55,9 @@ void Wavefront::intersect(int depth) {
   const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
   rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, coherent,
                 hits_.arrays());
-  if (depth == 0) clip_far(scene_, paths_, alive_, hits_);
+  if (depth > 0) return;
+  clip_far(scene_, paths_, alive_, hits_);
+  batch_.miss_unsampled(hits_);
 }
 
 void Wavefront::trace_shadow_rays() {
