@@ -128,6 +128,21 @@ TEST(GroupSobolSampler, EveryAlignedPowerOfTwoRunOfAPixelIsANet) {
   }
 }
 
+/// Halves that points of one number lie in, in two pairs of dimensions: as often the same as not, and by
+/// chance.
+TEST(GroupSobolSampler, PairsOfDimensionsArePairedByChance) {
+  constexpr int kGroups = 256;
+  double squares = 0;
+  for (std::uint32_t group = 0; group < kGroups; ++group) {
+    const std::vector<Pair> a = of_group(1, 5, 1, group), b = of_group(6, 5, 1, group);
+    int same = 0;
+    for (std::size_t m = 0; m < 16; ++m) same += (a[m].first < 0.5f) == (b[m].first < 0.5f) ? 1 : 0;
+    squares += (same - 8) * (same - 8);
+  }
+  // Eight bits are drawn for two points each; 64 if halves of one pair told those of the other.
+  EXPECT_NEAR(squares / kGroups, 8, 4);
+}
+
 /// Dimensions of one pixel, and of two of its group, are independent: means over groups of u v, in standard
 /// deviations.
 TEST(GroupSobolSampler, OneSampleIsUniformOverGroups) {

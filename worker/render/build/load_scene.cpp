@@ -266,7 +266,8 @@ class BuiltScene final : public RenderScene {
     }
     if (sharing_ == v1::PATH_SHARING_AUTO && !sharing_pays()) {
       group_ = {};
-    } else if (group_.count() == kGroupSize && tables_.sampler.kind == SamplerKind::kSobol) {
+    } else if (group_.count() == static_cast<int>(kGroupSize) &&
+               tables_.sampler.kind == SamplerKind::kSobol) {
       tables_.sampler.kind = SamplerKind::kGroupSobol;
     }
   }

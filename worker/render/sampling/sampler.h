@@ -86,8 +86,10 @@ class Sampler {
     UInt index = reverse_bits(scramble_reversed(reversed_sample_, seed));
     if (grouped) {
       index = index * kGroupSize;
-      const UInt member = scramble_reversed(pixel_ & (kGroupSize - 1), hash(seed ^ 0x9216d5d9u));
-      index = index | ((member ^ remainder_by_primitive(index)) & (kGroupSize - 1));
+      // The numbers of pixels are shuffled as those of samples are: with the last bit by all others.
+      const UInt member = shift_right<28>(
+          reverse_bits(scramble_reversed(pixel_ & (kGroupSize - 1), hash(seed ^ 0x9216d5d9u))));
+      index = index | (member ^ remainder_by_primitive(index));
     }
     const UInt x = reverse_bits(scramble_reversed(index, hash(seed ^ 0xa511e9b3u)));
     const UInt y = reverse_bits(scramble_reversed(pascal_reversed(index), hash(seed ^ 0x63d83595u)));
