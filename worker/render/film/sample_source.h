@@ -7,7 +7,7 @@
 
 namespace tessera::render {
 
-/// In place of a stream: nobody samples here. What fills up a group of pixels at the edge of what counts.
+/// Stream of pixels that nobody samples: they fill up groups at the edge of what counts.
 inline constexpr std::uint32_t kUnsampled = ~0u;
 
 /// One sample of the film.

@@ -28,7 +28,7 @@ TESSERA_INLINE UInt pascal_reversed(UInt x) {
   return x ^ shift_right<16>(x & 0xffff0000u);
 }
 
-/// The remainder of a polynomial over GF(2), its coefficients the bits of `p`, by x^4 + x + 1.
+/// Returns the remainder of a polynomial over GF(2), its coefficients the bits of `p`, by x^4 + x + 1.
 TESSERA_INLINE UInt remainder_by_primitive(UInt p) {
   p = (p & 0xffffu) ^ shift_right<16>(p) * 2u;  // x^16 is x
   for (int i = 0; i < 2; ++i) {
@@ -46,11 +46,11 @@ TESSERA_INLINE UInt remainder_by_primitive(UInt p) {
 /// dimensions is the same (0,2)-sequence, its order shuffled and its values Owen-scrambled by hashes of pixel
 /// and dimension [Burley 2020].
 ///
-/// "group sobol" does this for kGroupSize pixels at once, which have one sequence: number i of a pixel is one
-/// of the points 16 i to 16 i + 15 of it, each of them another pixel's. So those of one number are a
-/// (0,4,2)-net, and those of the first 2^k numbers a (0,k+4,2)-net. Which of the 16 a pixel takes is its own
-/// number among them plus the remainder of i x^4 as a polynomial: a pixel's own points are a (0,2)-sequence
-/// then as well (checked for the first 2^14; taken in turn, they would all lie in a strip).
+/// "group sobol" does this for kGroupSize pixels at once, which have one sequence: sample i of a pixel is one
+/// of the points 16 i to 16 i + 15, each of them another pixel's. So samples i of all 16 pixels are a
+/// (0,4,2)-net, and the first 2^k samples of all a (0,k+4,2)-net. Which of the 16 points a pixel takes is its
+/// number in the group plus the remainder of i x^4, i being a polynomial: its own samples are a (0,2)-sequence
+/// then as well (checked for the first 2^14), where those that always took the same would lie in a strip.
 class Sampler {
  public:
   /// `pixel` is pixel_hash() of the pixel, `reversed_sample` the bit-reversed sample index. For kGroupSobol
