@@ -49,8 +49,9 @@ TESSERA_INLINE UInt remainder_by_primitive(UInt p) {
 /// "group sobol" does this for kGroupSize pixels at once, which have one sequence: sample i of a pixel is one
 /// of the points 16 i to 16 i + 15, each of them another pixel's. So samples i of all 16 pixels are a
 /// (0,4,2)-net, and the first 2^k samples of all a (0,k+4,2)-net. Which of the 16 points a pixel takes is its
-/// number in the group plus the remainder of i x^4, i being a polynomial: its own samples are a (0,2)-sequence
-/// then as well (checked for the first 2^14), where those that always took the same would lie in a strip.
+/// number in the group plus the remainder of i x^4, i being a polynomial: its own samples are a
+/// (0,2)-sequence then as well (checked for the first 2^14), where those that always took the same would lie
+/// in a strip.
 class Sampler {
  public:
   /// `pixel` is pixel_hash() of the pixel, `reversed_sample` the bit-reversed sample index. For kGroupSobol
