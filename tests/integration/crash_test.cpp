@@ -10,16 +10,7 @@ namespace tessera::integration {
 namespace {
 
 // Some seconds of work in many units.
-const Arguments kSomeSeconds{"scenes/cornell-box/scene.pbrt",
-                             "--resolution",
-                             "160x160",
-                             "--spp",
-                             "256",
-                             "--tile",
-                             "16",
-                             "--path-sharing",
-                             "off",
-                             "--quiet"};
+const Arguments kSomeSeconds = in_many_units("160", "256");
 
 bool a_third_is_done(const v1::JobStatus& status) {
   return status.units_total() > 0 && 3 * status.units_done() >= status.units_total();

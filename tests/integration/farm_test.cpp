@@ -29,8 +29,7 @@ TEST(Farm, ASecondSubmitUploadsNothing) {
 
 TEST(Farm, AWorkerThatComesLateTakesPart) {
   FarmUnderTest farm;
-  const std::string job_id = farm.submit_detached({"scenes/cornell-box/scene.pbrt", "--resolution", "160x160",
-                                                   "--spp", "256", "--tile", "16", "--path-sharing", "off"});
+  const std::string job_id = farm.submit_detached(in_many_units("160", "256"));
   farm.add_worker(1);
   farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_done() > 0; });
   farm.add_worker(1);

@@ -63,6 +63,19 @@ Arguments operator+(Arguments a, const Arguments& b) {
   return a;
 }
 
+Arguments in_many_units(const std::string& side, const std::string& spp) {
+  return {"scenes/cornell-box/scene.pbrt",
+          "--resolution",
+          side + "x" + side,
+          "--spp",
+          spp,
+          "--tile",
+          "16",
+          "--path-sharing",
+          "off",
+          "--quiet"};
+}
+
 const std::string& expected_hash(const Arguments& arguments) {
   static std::map<Arguments, std::string> hashes;
   const auto known = hashes.find(arguments);

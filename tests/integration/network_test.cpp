@@ -21,16 +21,7 @@ using std::chrono::seconds;
 using support::TcpProxy;
 
 // Some seconds of work in many units.
-const Arguments kJobOverTheNetwork{"scenes/cornell-box/scene.pbrt",
-                                   "--resolution",
-                                   "128x128",
-                                   "--spp",
-                                   "256",
-                                   "--tile",
-                                   "16",
-                                   "--path-sharing",
-                                   "off",
-                                   "--quiet"};
+const Arguments kJobOverTheNetwork = in_many_units("128", "256");
 
 /// Whether a program ended by a name, or by an assertion of gRPC 1.51, which dies of an answer whose
 /// grpc-status did not arrive: a wire without TLS cannot keep it from that.

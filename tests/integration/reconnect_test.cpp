@@ -59,16 +59,7 @@ TEST(Reconnect, AWorkerThatStartsBeforeItsCoordinator) {
 TEST(Reconnect, WhoeverHasWaitedForLongGoesOnAtOnce) {
   FarmUnderTest farm;
   support::Process& worker = farm.add_worker(1);
-  const Arguments job{"scenes/cornell-box/scene.pbrt",
-                      "--resolution",
-                      "256x256",
-                      "--spp",
-                      "4096",
-                      "--tile",
-                      "16",
-                      "--path-sharing",
-                      "off",
-                      "--quiet"};
+  const Arguments job = in_many_units("256", "4096");
   const std::string id = farm.submit_detached(job);
   farm.watch_until(id, [](const v1::JobStatus& status) { return status.units_done() > 0; });
   support::Process watch{Arguments{tessera_program()} + farm.on_farm({"watch", id})};

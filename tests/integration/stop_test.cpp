@@ -15,16 +15,7 @@ namespace {
 
 using std::chrono::seconds;
 
-const Arguments kStoppedJob{"scenes/cornell-box/scene.pbrt",
-                            "--resolution",
-                            "160x160",
-                            "--spp",
-                            "256",
-                            "--tile",
-                            "16",
-                            "--path-sharing",
-                            "off",
-                            "--quiet"};
+const Arguments kStoppedJob = in_many_units("160", "256");
 
 /// TESSERA_STOP_SECONDS=60 is the form that is run by hand.
 seconds pause_of(int in_short_form) {
