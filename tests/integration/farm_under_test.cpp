@@ -63,14 +63,14 @@ Arguments operator+(Arguments a, const Arguments& b) {
   return a;
 }
 
-Arguments in_many_units(const std::string& side, const std::string& spp) {
+Arguments in_many_units(const std::string& side, const std::string& spp, const std::string& tile) {
   return {"scenes/cornell-box/scene.pbrt",
           "--resolution",
           side + "x" + side,
           "--spp",
           spp,
           "--tile",
-          "16",
+          tile,
           "--path-sharing",
           "off",
           "--quiet"};

@@ -18,8 +18,7 @@ using std::chrono::milliseconds;
 using testing::HasSubstr;
 using testing::Not;
 
-const Arguments kHostJob{
-    "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "64", "--tile", "8", "--quiet"};
+const Arguments kHostJob = in_many_units("160", "64", "8");
 
 /// A shell's limits for a program; what the kernel would kill it for is an error instead.
 Arguments limited(const std::string& limit) {

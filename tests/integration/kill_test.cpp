@@ -20,8 +20,7 @@ using std::chrono::milliseconds;
 using std::chrono::seconds;
 
 // Many units of some 10 ms, so that a kill costs little.
-const Arguments kManyUnits{
-    "scenes/cornell-box/scene.pbrt", "--resolution", "160x160", "--spp", "64", "--tile", "8", "--quiet"};
+const Arguments kManyUnits = in_many_units("160", "64", "8");
 // Kills of one job, that it ends some day.
 constexpr int kKillsAJob = 40;
 // After its worker's death a unit is with another one (docs/farm.md: a lease runs out within 8 s).
