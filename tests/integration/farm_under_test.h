@@ -29,7 +29,7 @@ using Arguments = std::vector<std::string>;
 Arguments operator+(Arguments a, const Arguments& b);
 
 /// A square picture of cornell-box in small tiles, seconds of work in many units. Its pixels do not
-/// share light: tiles that small would have twice as many samples.
+/// share light: tiles that small would have several times as many samples.
 Arguments in_many_units(const std::string& side, const std::string& spp, const std::string& tile = "16");
 
 /// Runs `tessera` with these arguments.

@@ -92,7 +92,7 @@ TEST(PixelOrder, GroupsAreSpreadAndTheirRowsAreDrawn) {
   EXPECT_NEAR(second_rows, 512 * 3.5, 200);
 }
 
-/// Of cells of 8 x 8 pixels and four groups.
+/// Cells have 8 x 8 pixels and four groups, two of which meet any one row or column of pixels at an edge.
 TEST(PixelOrder, ABorderOfOnePixelMeetsHalfOfTheGroups) {
   const PixelGroup group{4, 4, 2};
   for (const std::uint32_t edge : {7u, 8u}) {

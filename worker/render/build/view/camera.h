@@ -1,8 +1,6 @@
 // The camera of a scene, for the kernels.
 #pragma once
 
-#include <cstdint>
-
 #include "absl/status/statusor.h"
 #include "render/build/placement/render_space.h"
 #include "render/camera/camera_record.h"
