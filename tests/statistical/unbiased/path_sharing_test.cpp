@@ -302,6 +302,22 @@ TEST(PathSharing, AMovingThingHasTheSameBitsInAllTiles) {
   }
 }
 
+/// Groups end with the film: no more paths are followed than pixels have alone. Whole cells would have 1.5
+/// times as many.
+TEST(PathSharing, FollowsNoPathsBeyondTheFilm) {
+  const auto bounce_rays = [](v1::PathSharing sharing) {
+    SceneJob job;
+    job.settings.set_spp(64);
+    job.settings.set_path_sharing(sharing);
+    const auto file = load_scene_text(scene_text(kRoom, "kind: BOX"), job, render::supported_isas().front());
+    EXPECT_TRUE(file.ok()) << file.status();
+    render::RenderStats stats;
+    EXPECT_TRUE(file->scene->render_tile({0, 0, kWidth, kHeight, 0, 64}, {}, stats).ok());
+    return static_cast<double>(stats.bounce_rays);
+  };
+  EXPECT_NEAR(bounce_rays(v1::PATH_SHARING_16) / bounce_rays(v1::PATH_SHARING_OFF), 1, 0.1);
+}
+
 /// Media that nothing leads to do not count: the bits are those of a scene without them.
 TEST(PathSharing, GoesOnBesideMediaThatNobodyMeets) {
   const std::string text = scene_text(kRoom + ball("walls", 0.9, -0.5), "kind: BOX");
