@@ -302,12 +302,12 @@ TEST(PathSharing, AMovingThingHasTheSameBitsInAllTiles) {
   }
 }
 
-/// Groups end with the film: no more paths are followed than pixels have alone. Whole cells would have 1.5
-/// times as many.
-TEST(PathSharing, FollowsNoPathsBeyondTheFilm) {
-  const auto bounce_rays = [](v1::PathSharing sharing) {
+/// Number of rays of paths of up to `depth` events in the empty room, shared, over that of pixels alone.
+double bounce_rays_of_sharing(std::uint32_t depth) {
+  const auto bounce_rays = [depth](v1::PathSharing sharing) {
     SceneJob job;
     job.settings.set_spp(64);
+    job.settings.set_max_depth(depth);
     job.settings.set_path_sharing(sharing);
     const auto file = load_scene_text(scene_text(kRoom, "kind: BOX"), job, render::supported_isas().front());
     EXPECT_TRUE(file.ok()) << file.status();
@@ -315,7 +315,21 @@ TEST(PathSharing, FollowsNoPathsBeyondTheFilm) {
     EXPECT_TRUE(file->scene->render_tile({0, 0, kWidth, kHeight, 0, 64}, {}, stats).ok());
     return static_cast<double>(stats.bounce_rays);
   };
-  EXPECT_NEAR(bounce_rays(v1::PATH_SHARING_16) / bounce_rays(v1::PATH_SHARING_OFF), 1, 0.1);
+  return bounce_rays(v1::PATH_SHARING_16) / bounce_rays(v1::PATH_SHARING_OFF);
+}
+
+/// Groups end with the film: no more paths are followed than pixels have alone. Whole cells would have 1.5
+/// times as many. Too few events for roulette.
+TEST(PathSharing, FollowsNoPathsBeyondTheFilm) { EXPECT_NEAR(bounce_rays_of_sharing(3), 1, 0.1); }
+
+/// Light that sixteen pixels share is worth longer paths than that of one, the more so where there is little
+/// noise.
+TEST(PathSharing, FollowsPathsForLonger) {
+  EXPECT_GT(bounce_rays_of_sharing(32), 1.15);
+  EXPECT_FLOAT_EQ((render::SharingPilot{.noise = 0.2, .alone = 4}.caution()), 1.25f);
+  EXPECT_EQ((render::SharingPilot{.noise = 1, .alone = 1e3}.caution()), 1);
+  EXPECT_EQ((render::SharingPilot{.noise = 0.1, .alone = 0.1}.caution()), 3);
+  EXPECT_EQ((render::SharingPilot{.noise = 1, .alone = 0}.caution()), 1);
 }
 
 /// Media that nothing leads to do not count: the bits are those of a scene without them.

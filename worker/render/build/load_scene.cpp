@@ -264,28 +264,25 @@ class BuiltScene final : public RenderScene {
       default:
         return;
     }
-    if (sharing_ == v1::PATH_SHARING_AUTO && !sharing_pays()) {
-      group_ = {};
-    } else if (group_.count() == static_cast<int>(kGroupSize) &&
-               tables_.sampler.kind == SamplerKind::kSobol) {
-      tables_.sampler.kind = SamplerKind::kGroupSobol;
-    }
-  }
-
-  bool sharing_pays() {
     const SharingPilot pilot =
         make_sharing_pilot(algorithm_, tables_, *content_->rays, prepared_alone_.get(), scatters(), group_);
-    if (!pilot.pays()) too_little_by_sharing_ = pilot;
-    return pilot.pays();
+    if (sharing_ == v1::PATH_SHARING_AUTO && !pilot.pays()) {
+      too_little_by_sharing_ = pilot;
+      group_ = {};
+      return;
+    }
+    tables_.shared_caution = pilot.caution();
+    if (group_.count() == static_cast<int>(kGroupSize) && tables_.sampler.kind == SamplerKind::kSobol)
+      tables_.sampler.kind = SamplerKind::kGroupSobol;
   }
 
-  /// What an algorithm without phases makes of the scene alone.
+  /// Prepares what an algorithm without phases makes of the scene alone.
   void prepare_alone() {
     if (algorithm_.phases.empty() && algorithm_.prepare != nullptr)
       prepared_alone_ = algorithm_.prepare(tables_, {});
   }
 
-  /// What the algorithm reads where its phases have made `prepared`, or it has none.
+  /// Returns what the algorithm reads where its phases have made `prepared`, or it has none.
   const Prepared* or_alone(const Prepared* prepared) const {
     return prepared != nullptr ? prepared : prepared_alone_.get();
   }

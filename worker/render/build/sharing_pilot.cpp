@@ -22,6 +22,11 @@ constexpr double kCostOfJoin = 1.0;
 /// Gain below which pixels stay alone: whole groups at borders of tiles take a tenth more samples.
 constexpr double kLeastGain = 1.1;
 
+/// Factor of the root in caution(), which stands for the costs that it leaves out, and the most that is taken:
+/// both by error x time on scenes [docs/decisions/0062-path-sharing.md].
+constexpr double kCautionScale = 0.5;
+constexpr double kMostCaution = 3;
+
 /// The pilot's own seed: pictures with other seeds have the same verdict, which none of their samples sway.
 constexpr std::uint64_t kSeed = 0x7368617265;
 
@@ -103,6 +108,12 @@ double SharingPilot::gain() const { return 1 / (noise * (1 + kCostOfJoin * (rays
 
 bool SharingPilot::pays() const { return gain() >= kLeastGain && gain() * std::exp(-error) > 1; }
 
+float SharingPilot::caution() const {
+  if (!(alone * noise > 0)) return 1;
+  const double quotient = (1 + alone) / (alone * noise);
+  return static_cast<float>(std::clamp(kCautionScale * std::sqrt(quotient), 1.0, kMostCaution));
+}
+
 SharingPilot make_sharing_pilot(const Algorithm& algorithm, const SceneTables& scene, const RayQuery& rays,
                                 const Prepared* prepared, bool scatters, PixelGroup group) {
   std::vector<double> errors[2];
@@ -119,8 +130,11 @@ SharingPilot make_sharing_pilot(const Algorithm& algorithm, const SceneTables& s
   std::ranges::sort(counted, {}, [&](std::size_t i) { return errors[0][i] + errors[1][i]; });
   counted.resize(counted.size() - kWorst);
   if (asked[0] == 0) return {};
+  double alone = 0;
+  for (const std::size_t i : counted) alone += errors[0][i];
   return {.noise = quotient(errors[0], errors[1], counted, errors[0].size()),
           .rays = asked[1] / asked[0],
+          .alone = alone / static_cast<double>(2 * counted.size()),  // the two halves of blocks
           .error = error_of_quotient(errors[0], errors[1], counted)};
 }
 

@@ -1,5 +1,5 @@
-// Whether neighbouring pixels that share light have less noise for their time in a picture
-// [docs/decisions/0062-path-sharing.md].
+// Whether neighbouring pixels that share light have less noise for their time in a picture, and how long the
+// paths are worth following whose light they share [docs/decisions/0062-path-sharing.md].
 #pragma once
 
 #include "render/integrator/integrator.h"
@@ -9,12 +9,18 @@ namespace tessera::render {
 /// Noise (relMSE) and number of rays of pixels that share, over those of pixels alone, in a pilot.
 struct SharingPilot {
   double noise = 1, rays = 1;
+  double alone = 0;  // relMSE of pixels alone, a sample
   double error = 0;  // standard error of the logarithm of `noise`
 
   /// Returns the efficiency (1 / (relMSE x CPU time)) with sharing over that without.
   double gain() const;
   /// Whether that is a gain, and not by chance.
   bool pays() const;
+  /// Returns SceneTables::shared_caution. The best probability with which a path goes on is its throughput
+  /// times the root of a quotient: the second moment of what is to come over the variance of the picture, each
+  /// divided by its costs [Rath et al. 2022]. What is to come is taken to be as uneven as a sample of a pixel
+  /// alone, and its share of the costs to be that of any scene.
+  float caution() const;
 };
 
 /// Renders blocks all over the film twice, with the same paths: alone, and shared by `group`. Few samples are

@@ -76,6 +76,7 @@ struct SceneTables {
   float render_origin[3] = {0, 0, 0};  // world space
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
+  float shared_caution = 1;    // factor of kRouletteCaution, once neighbours share what a path finds
   AovRequest aovs;
   LayerTable layers;
   IrradianceCacheSettings irradiance_cache;

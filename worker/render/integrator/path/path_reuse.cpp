@@ -92,9 +92,10 @@ void PathReuse::set_apart(Int slot, Mask lanes, SampleBatch& batch) {
 
 namespace {
 
-/// The path begins anew: what it finds is to be weighted later. Roulette goes on as before.
-TESSERA_INLINE void begin_anew(WidePath& path, Mask lanes) {
-  path.roulette_scale = select(lanes, path.roulette_scale * path.beta.max_component(), path.roulette_scale);
+/// The path begins anew: what it finds is to be weighted later. Roulette knows what it has lost so far.
+TESSERA_INLINE void begin_anew(float caution, WidePath& path, Mask lanes) {
+  const Float left = path.beta.max_component() * caution;
+  path.roulette_scale = select(lanes, path.roulette_scale * left, path.roulette_scale);
   path.beta = select(lanes, Spectrum(1.0f), path.beta);
 }
 
@@ -119,7 +120,7 @@ void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& 
   if (none(bright)) return;
   any_shared_ = true;
   set_apart(path.slot, bright, batch);
-  begin_anew(path, bright);
+  begin_anew(scene_.shared_caution, path, bright);
 }
 
 void PathReuse::at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatch& batch) {
@@ -133,7 +134,7 @@ void PathReuse::at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatc
   scatter(shared | Int(kBeyond), shared_, path.slot, taken);
   scatter_lanes(path.direction, on_, path.slot, taken);
   set_apart(path.slot, taken, batch);
-  begin_anew(path, taken);
+  begin_anew(scene_.shared_caution, path, taken);
 }
 
 Mask PathReuse::share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, int depth,
