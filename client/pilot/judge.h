@@ -37,7 +37,7 @@ struct Judgement {
 /// means. The bias of consistent candidates is their difference from the unbiased ones (bench/bias.h), where
 /// it stands out from the noise.
 ///
-/// Of independent samples, one that finds light in more ways, weighted by the balance heuristic, has a
+/// A candidate of independent samples that finds light in more ways, weighted by the balance heuristic, has a
 /// variance of no more than one of these ways alone and R^2 [Veach 1997, theorem 9.2], and in practice it
 /// hardly varies more at all. If it does, by more than chance does once in a hundred, and either by more than
 /// R^2 or with more light all over the picture (excess_light()), then the other's samples have missed light

@@ -68,7 +68,7 @@ class RenderScene {
   };
   virtual Ceiling measure_ceiling(const TileRequest& tile) const = 0;
 
-  /// What rays are looked for in, and the CPU time that it took to build.
+  /// Figures of the structure that rays are traced through, and the CPU time that it took to build.
   struct Structure {
     StructureFigures figures;
     double build_cpu_seconds = 0;

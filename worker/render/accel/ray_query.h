@@ -22,7 +22,7 @@ struct HitArrays {
   std::int32_t* upper = nullptr;  // bits of the place from the 31st on; left alone in all other scenes
 };
 
-/// What searches have opened and tested.
+/// Counts of what searches have opened and tested.
 struct RayVisits {
   std::uint64_t nodes = 0, primitives = 0;
 
@@ -48,7 +48,7 @@ class RayQuery {
   /// the distance. Rays that are not finite are blocked.
   virtual void occluded(const RayArrays& rays, int n, float* distance_in_blocked_out) const = 0;
 
-  /// Of all rays so far; none where the query does not count.
+  /// Visits of all rays so far; none where the query does not count.
   virtual RayVisits visits() const { return {}; }
 };
 

@@ -12,7 +12,7 @@ class RayStructure {
   virtual ~RayStructure() = default;
   /// Bytes of the structures alone, without the tables that they were built from.
   virtual std::size_t memory_bytes() const = 0;
-  /// What is known of it: of Embree's, its memory alone.
+  /// Returns what is known of the structure: of Embree's, its memory alone.
   virtual StructureFigures figures() const { return {.bytes = memory_bytes()}; }
   /// A sphere about the centre of the scene's bounds, without half-spaces; zero radius for an empty scene.
   virtual float bounding_radius() const = 0;

@@ -172,8 +172,8 @@ absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings
 
 namespace {
 
-/// What building reads of an algorithm: those that differ in nothing else share what is built. What views
-/// read of it (view.h) is not in the key.
+/// Key of what building reads of an algorithm: algorithms with one key share what is built. What views read
+/// of it (view.h) is not in the key.
 std::string building_key(const wire::AlgorithmTraits& algorithm, const v1::Scene& scene) {
   const bool warns = !algorithm.media && scene.media_size() > 0;  // by its name
   return absl::StrCat(warns ? algorithm.name : "", " ", algorithm.media, algorithm.samples_all_light,

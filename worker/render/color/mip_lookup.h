@@ -22,8 +22,8 @@ class MipLookup {
   /// At full resolution.
   Spectrum bilinear(Vec2 st, Mask active) const { return scaled(at_level(st, Int(0), active)); }
 
-  /// Of two levels, whose texels are as wide as the shorter axis of the footprint: what is thinner along one
-  /// way than a texel stays sharp, and along the other is left to the samples of the pixel.
+  /// Look-up in two levels, whose texels are as wide as the shorter axis of the footprint: what is thinner
+  /// along one way than a texel stays sharp, and along the other is left to the samples of the pixel.
   Spectrum trilinear(Vec2 st, const TexelFootprint& footprint, Mask active) const {
     return scaled(between_levels(st, level_of(axes(footprint).shorter), active));
   }
@@ -84,7 +84,7 @@ class MipLookup {
     return clamp(kPerOctave * log(clamp(2.0f * half_axis, 1.0f, 1e9f)), 0.0f, last);
   }
 
-  /// What a look-up reads along one axis: two neighbours, of which one may have no weight.
+  /// Texels that a look-up reads along one axis: two neighbours, of which one may have no weight.
   struct Pair {
     Int first, second;
     Float first_weight, second_weight;

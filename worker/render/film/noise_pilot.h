@@ -38,7 +38,7 @@ class NoisePilot final : public SampleSource, public Film {
   void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
   void splat(std::span<const Splat> splats) override;
 
-  /// What was found, when all samples have come.
+  /// Returns what was found, when all samples have come.
   Pilot result() const;
 
  private:

@@ -49,8 +49,8 @@ struct Rule {
 constexpr Rule kRules[] = {{false, 0.05}, {false, 0.2}, {false, 0.8}, {true, 0.05}, {true, 0.2}, {true, 0.8}};
 /// Passes of smoothed() before each trial of the rules: 1, 2, 4 and 8 in all.
 constexpr int kSmoothing[] = {1, 1, 2, 4};
-/// Of the work for the same error; what less is promised than that is no reason to leave equal counts: rays
-/// are not all the time that samples take, and errors fall faster than by 1 / n where there is little noise.
+/// Least gain that is reason to leave equal counts, as a share of the work for the same error: rays are not
+/// all the time that samples take, and errors fall faster than by 1 / n where there is little noise.
 constexpr double kLeastGain = 0.25;
 
 /// Samples of blocks, but for a common factor: the least work for a sum of squared errors takes them in

@@ -13,7 +13,7 @@ namespace tessera::render {
 
 namespace {
 
-/// Of those that samples have, the one of red light of the first half; 0: there is none.
+/// Index of the channel of red light of the first half, among those that samples have; 0: there is none.
 std::size_t half_channel(const std::vector<wire::ChannelDesc>& channels) {
   std::size_t sampled = 0;
   for (const wire::ChannelDesc& channel : channels) {

@@ -16,8 +16,8 @@ struct SampleCounts {
   std::vector<std::uint32_t> counts;  // rows from the top
   bool even = false;                  // all are the same
 
-  /// Of a pixel of the film, or, modulo 2^32, of a border around it. What is beyond `blocks` takes as many as
-  /// the nearest of them.
+  /// Sample count of a pixel of the film, or, modulo 2^32, of a border around it. What is beyond `blocks`
+  /// takes as many as the nearest of them.
   std::uint32_t at(std::uint32_t x, std::uint32_t y) const {
     const auto block = [](std::uint32_t place, std::uint32_t begin, std::uint32_t end) {
       constexpr auto kSide = static_cast<std::int64_t>(wire::kNoiseBlock);

@@ -120,7 +120,7 @@ class SampleBatch {
   void name_next(SampleSource& source, int most);
   /// Counts what the camera rays visit, by a search of their own: all algorithms have it alike.
   void count_visits(const PathState& camera_rays);
-  /// Of 16 samples from sample i on, those whose radiance cannot be summed.
+  /// Returns those of 16 samples from sample i on whose radiance cannot be summed.
   Mask bad_samples(int i) const;
   void drop_bad_samples();
   Float half_weight(int i) const;

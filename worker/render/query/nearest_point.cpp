@@ -102,8 +102,8 @@ std::vector<Piece> profile_of(const ShapeRecord& shape, const QuadricRecord& q) 
   }
 }
 
-/// What a map makes of lengths across the z axis and along it, if it keeps surfaces that turn about that axis
-/// what they are, to 2^-18 of its scale.
+/// Factors by which a map scales lengths across the z axis and along it, if it keeps surfaces that turn about
+/// that axis what they are, to 2^-18 of its scale.
 struct AxialScale {
   double across, along;
 };

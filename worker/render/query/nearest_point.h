@@ -15,18 +15,18 @@ struct TrianglePoint {
 };
 TrianglePoint nearest_on_triangle(const V3d& p, const V3d& a, const V3d& b, const V3d& c);
 
-/// Of a plane polygon, which need not be convex: inside is where a line crosses its edges an odd number of
-/// times.
+/// Nearest point of a plane polygon, which need not be convex: inside is where a line crosses its edges an
+/// odd number of times.
 V3d nearest_on_polygon(const V3d& p, std::span<const V3d> corners);
 
-/// Of a sphere of radius `radius` about the origin of a space that `place` maps to that of `p`: of an
-/// ellipsoid, in any position. Its Lagrange multiplier is the one root of a falling function, which is halved
-/// to the last bit [Eberly2013].
+/// Nearest point of a sphere of radius `radius` about the origin of a space that `place` maps to that of `p`:
+/// of an ellipsoid, in any position. Its Lagrange multiplier is the one root of a falling function, which is
+/// halved to the last bit [Eberly2013].
 V3d nearest_on_ellipsoid(const V3d& p, const ExactAffine& place, double radius);
 
-/// Of a surface that turns about its axis, in closed form; `place` may stretch it along the axis, but where
-/// it is round along that (spheres, tori). What `place` is off from such a map, up to 2^-18 of its scale, the
-/// answer is off. nullopt for other maps, and for kinds that are no such surface.
+/// Nearest point of a surface that turns about its axis, in closed form; `place` may stretch it along the
+/// axis, but where it is round along that (spheres, tori). What `place` is off from such a map, up to 2^-18
+/// of its scale, the answer is off. nullopt for other maps, and for kinds that are no such surface.
 std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, const ShapeTable& table,
                                     const ShapeRecord& shape);
 

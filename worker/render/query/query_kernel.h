@@ -27,9 +27,9 @@ struct SurfacePoint {
 struct QueryKernel {
   /// Replaces `found` by all crossings at t > 0, in order of t, then of instance, shape and primitive.
   ///
-  /// Of triangles: in double precision, and each crossing of a mesh once. A ray through an edge or a vertex
-  /// counts as one beside it, moved by an infinitely small distance that is the same for all triangles
-  /// [Edelsbrunner1990]; so what is closed is crossed an even number of times by every line.
+  /// Crossings of triangles are found in double precision, and each crossing of a mesh once. A ray through an
+  /// edge or a vertex counts as one beside it, moved by an infinitely small distance that is the same for all
+  /// triangles [Edelsbrunner1990]; so what is closed is crossed an even number of times by every line.
   void (*find_crossings)(const QueryStructure& structure, const ExactRay& ray, float time,
                          std::vector<Crossing>& found);
   /// Normals and parameters at crossings of a ray, in single precision; one of `points` each.

@@ -111,9 +111,9 @@ class QueryScene {
   std::vector<SurfaceHit> hits(const V3d& origin, const V3d& direction) const;
   PointReport at(const V3d& p) const;
   ClosestReport closest(const V3d& p) const;
-  /// Of the scene, then of each shape and instance.
+  /// Bounds of the scene, then of each shape and instance.
   std::vector<BoundsReport> bounds() const;
-  /// Of every shape of the scene and its objects.
+  /// Reports on every shape of the scene and its objects.
   std::vector<ShapeReport> inspect() const;
   /// Shapes without a formula for closest(), which knows bounds of their distance alone.
   std::vector<std::int32_t> without_closest() const;

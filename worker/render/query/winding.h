@@ -19,7 +19,8 @@ class WindingTree {
  public:
   WindingTree(const ShapeTable& table, const ShapeRecord& mesh, int threads);
 
-  /// Of a point in the space that the mesh is placed in. At a point of the mesh any of the numbers around it.
+  /// Winding number of a point in the space that the mesh is placed in. At a point of the mesh any of the
+  /// numbers around it.
   double at(const V3d& p) const;
 
   /// The first term that is left out is up to 3 (r/d)^2 of a group's share (its area over 4 pi d^2), where

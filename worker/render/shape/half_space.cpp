@@ -10,7 +10,7 @@ class HalfSpaceShape final : public CrossedShape {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, 0}, {q.radius, q.radius, 0});
   }
-  /// Of all that is below the plane, which has no end here.
+  /// Spans of all that is below the plane, which has no end here.
   int spans(const ShapeTable&, const ShapeRecord&, const DoubleRay& ray, SolidSpans& found) const override {
     const Double s = -ray.o[2] / ray.d[2];
     const DoubleMask down = ray.d[2]<0.0, up = ray.d[2]> 0.0, outside = ~(down | up) & (ray.o[2] > 0.0);

@@ -5,7 +5,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// As the walk of a kd-tree, with planes that need a dot product each, in double.
+/// Walk like that of a kd-tree, with planes that need a dot product each, in double.
 template <class Visitor>
 void walk(const BspTree& tree, const Box& box, const Ray& ray, Visitor& visitor) {
   struct Waiting {

@@ -16,7 +16,7 @@ class BvhBuilder {
  public:
   BvhBuilder(BvhRule rule, std::span<BvhRef> refs, int threads) : rule_(rule), refs_(refs), forks_(threads) {}
 
-  /// Of refs [first, first + n), with its nodes at the end of `nodes`.
+  /// Grows the subtree of refs [first, first + n), with its nodes at the end of `nodes`.
   BvhChild grow(std::size_t first, std::size_t n, int depth, std::vector<BvhNode>& nodes) {
     const std::span<BvhRef> refs = refs_.subspan(first, n);
     Box box, centres;

@@ -19,7 +19,8 @@ using EmbreeContext = RTCIntersectContext;
 using EmbreeContext = RTCRayQueryContext;
 #endif
 
-/// What callbacks of objects in objects are told, and where they write. Places are numbered by shape/place.h.
+/// Context of callbacks of objects in objects: what they are told, and where they write. Places are numbered
+/// by shape/place.h.
 struct PlaceContext : EmbreeContext {
   std::int64_t holder = -1;       // place of the object whose scene is being searched; -1: the world's
   std::int64_t* found = nullptr;  // of each ray, by its id: the place of its nearest hit in such an object

@@ -11,7 +11,7 @@ namespace tessera::render {
 /// Wald and Havran: a step down a tree 15, a test of a primitive 20 [Wald2006, sec. 5].
 inline constexpr double kStepCost = 15, kTestCost = 20;
 
-/// Of one structure, or of those of a world and its objects together.
+/// Figures of one structure, or of those of a world and its objects together.
 struct StructureFigures {
   std::uint64_t primitives = 0;
   std::uint64_t nodes = 0;   // that have children; a grid has none

@@ -14,7 +14,7 @@ struct InstanceRecord;
 struct ShapeTable;
 struct ShapeRecord;
 
-/// What kernels know of analytic shapes, with the roundings of their own tests.
+/// Counts and bounds of analytic shapes as kernels know them, with the roundings of their own tests.
 struct AnalyticBounds {
   std::int32_t (*count)(const ShapeTable& table, std::int32_t shape) = nullptr;
   Box (*bounds)(const ShapeTable& table, std::int32_t shape, std::int32_t primitive) = nullptr;

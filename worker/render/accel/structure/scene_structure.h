@@ -85,7 +85,7 @@ class TreeStructure final : public SceneStructure {
 
   const Level<Tree>& world() const { return world_; }
   const Level<Tree>& object(std::int32_t i) const { return objects_[static_cast<std::size_t>(i)]; }
-  /// Of an instance that stands still.
+  /// Map from render space to that of an instance that stands still.
   const ExactAffine& instance_from_render(std::int32_t i) const {
     return instance_from_render_[static_cast<std::size_t>(i)];
   }

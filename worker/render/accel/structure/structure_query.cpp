@@ -18,8 +18,8 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// What a ray has met so far: the nearest, and of those that are equally near the one with the least numbers,
-/// so that the order of a walk does not matter. Where any hit will do, `t` stays.
+/// Nearest hit that a ray has met so far; of those that are equally near the one with the least numbers, so
+/// that the order of a walk does not matter. Where any hit will do, `t` stays.
 struct Found {
   float t;
   float u = 0, v = 0;
@@ -32,7 +32,7 @@ struct Found {
   }
 };
 
-/// What a walk shows primitives to (brute_walk.h): one ray in the space of one level.
+/// Visitor to which a walk shows primitives (brute_walk.h): one ray in the space of one level.
 template <class Tree, bool kAny>
 struct Tracer {
   static constexpr bool kAnyHit = kAny;

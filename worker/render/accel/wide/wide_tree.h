@@ -21,7 +21,7 @@ struct alignas(64) WideNode {
 struct WideTree {
   BigArray<WideNode> nodes;       // the root first; none: the tree was not folded, or is empty
   BigArray<std::uint32_t> items;  // indices of primitives, leaf by leaf
-  /// Of each leaf nine rows, as long as it has items: x, y, z of the first corners, of the second, of the
+  /// Nine rows for each leaf, as long as it has items: x, y, z of the first corners, of the second, of the
   /// third. A load of sixteen may begin at any element.
   BigArray<float> rows;
 

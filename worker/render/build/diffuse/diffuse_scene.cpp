@@ -34,7 +34,7 @@ void collect(const MaterialTable& table, std::int32_t material, std::set<std::in
   if (record.flags & kHasBack) collect(table, record.back, used);
 }
 
-/// What of it is diffuse reflection: the slot, and how much of that.
+/// Part of a material that is diffuse reflection: the slot, and how much of that.
 SpectrumSlot diffuse_part(const MaterialTable& table, const MaterialRecord& record) {
   SpectrumSlot base = record.spectra[slot::kReflectance];
   switch (record.kind) {

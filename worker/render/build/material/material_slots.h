@@ -32,7 +32,7 @@ class MaterialSlots {
 
   absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, SpectrumSlot& slot);
   absl::Status set_scalar(const v1::FloatValue& value, float otherwise, ScalarSlot& slot);
-  /// Of light that is scattered at all: textures at full resolution.
+  /// Sets the share of light that is scattered at all: textures at full resolution.
   absl::Status set_opacity(const v1::FloatValue& value);
   absl::Status set_tint(const v1::SpectrumValue& value, SpectrumSlot& slot);
   absl::Status set_roughness(const v1::Roughness& roughness, ScalarSlot& u, ScalarSlot& v);

@@ -14,7 +14,7 @@ constexpr double kSame = 1e-9;
 /// Faces begin this much larger than the farthest plane is away; what still reaches half of that has no end.
 constexpr double kBeyond = 1e6;
 
-/// Of unit length, and each once.
+/// Returns the planes with normals of unit length, each once.
 std::vector<Plane> distinct(const std::vector<Plane>& planes, double& farthest) {
   std::vector<Plane> result;
   farthest = 0;

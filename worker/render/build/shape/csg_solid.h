@@ -16,7 +16,7 @@ struct CsgBox {
   bool is_empty() const { return !(low.x < high.x && low.y < high.y && low.z < high.z); }
 };
 
-/// What is known of an operand in the space of the combination, before that has its size.
+/// Placement and bounds of an operand in the space of the combination, before that has its size.
 struct CsgOperand {
   Transform combination_from_object;  // as the message has it
   Transform combination_from_own;     // of analytic shapes, from the space in which they are of size 1

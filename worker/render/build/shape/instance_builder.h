@@ -33,7 +33,7 @@ class InstanceBuilder {
   absl::Status build(const v1::Scene& scene, v1::Nesting wish = v1::NESTING_UNSPECIFIED,
                      const std::string& wants_flat = "");
 
-  /// What was made of objects within objects, and why; empty where there are none.
+  /// Note on what was made of objects within objects, and why; empty where there are none.
   const std::string& note() const { return note_; }
 
   /// InvalidArgument, naming the instance, where rays from within a sphere of render space leave floats'
@@ -74,7 +74,7 @@ class InstanceBuilder {
   absl::StatusOr<Imath::V3d> anchor_of_group(const v1::Object& object) const;
   absl::Status add_world_instances(const std::vector<int>& placed);
   absl::Status add_instance(const ObjectPart& part, const Holder& holder);
-  /// Of the instance with this index in ShapeTable::instances, for messages.
+  /// Name of the instance with this index in ShapeTable::instances, for messages.
   std::string name_of_instance(std::size_t index) const;
 
   const RenderSpace& space_;

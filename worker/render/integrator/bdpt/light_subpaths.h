@@ -33,7 +33,7 @@ TESSERA_INLINE LobeChoice light_lobe(const Sampler& numbers, int event, bool to_
   return {numbers, event, to_connection, dimension::kLightLayerLobes};
 }
 
-/// What becomes of subpaths from lights.
+/// Uses of subpaths from lights.
 struct LightUses {
   bool keep = false;                // vertices that a subpath from the eye may be joined to
   Film* film = nullptr;             // takes their light, joined to the camera
@@ -58,7 +58,7 @@ class LightSubpaths {
   /// Subpaths traced from now on are weighed against merging, where a vertex meets so many photons for one
   /// that would be joined.
   void merge(float photons_a_join) { merged_ = power(Float(photons_a_join)); }
-  /// What that adds to the sums at a vertex.
+  /// Returns what merging adds to the sums at a vertex.
   Float merged_at(const Vertex& v) const { return select(v.in_medium, 0.0f, merged_); }
 
   /// Traces `count` subpaths that have these random numbers.

@@ -74,7 +74,7 @@ struct GuideField::Sums {
     }
   }
 
-  /// Of all densities, kGuideBins each.
+  /// Tallies of all densities, kGuideBins each.
   std::vector<GuideTally> tallies(const std::vector<GuideSum>& sums) const {
     std::vector<GuideTally> all(static_cast<std::size_t>(densities) * kGuideBins);
     for (const GuideSum& sum : sums) {

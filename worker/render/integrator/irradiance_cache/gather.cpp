@@ -18,11 +18,12 @@ Vec3 broadcast(const float (&v)[3]) { return {Float(v[0]), Float(v[1]), Float(v[
 /// sampling has found at the record's points: its weight is zero.
 constexpr float kLeftToLightSampling = 1e-30f;
 
-/// What rays meet is further away than this: a record's gradients go with the inverse.
+/// Least distance of what rays meet: a record's gradients go with the inverse.
 constexpr float kLeastDistance = 1e-18f;
 
-/// What is near shadows points beside it, however little of the hemisphere it takes: the mean distance would
-/// not know of it [Tabellion & Lamorlette 2004 go by the nearest alone].
+/// Bound on a record's radius by the nearest hit, which shadows points beside it, however little of the
+/// hemisphere it takes: the mean distance would not know of it [Tabellion & Lamorlette 2004 go by the nearest
+/// alone].
 constexpr double kNearest = 2;  // times its distance
 
 /// How much of a record's gradients is kept, given how much light it has and how steeply that changes along

@@ -9,7 +9,7 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// What a blob begins with; all sites follow, and then their numbers.
+/// Header of a blob; all sites follow, and then their numbers.
 struct GlossyHeader {
   char magic[4] = {'T', 'G', 'R', '1'};
   std::int32_t bands = 0;

@@ -10,7 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// What a blob begins with.
+/// Header of a blob.
 struct Header {
   char magic[4] = {'T', 'I', 'R', '1'};
   std::uint32_t record_bytes = sizeof(IrradianceRecord);

@@ -71,7 +71,7 @@ class Chains {
   struct Chain : Path {
     float weight = 0;  // of its path, gathered while it stays there
   };
-  /// What a chain is offered.
+  /// Offers to each chain.
   struct alignas(64) Offers {
     float way[kChains], accept[kChains];
     std::int32_t from_light[kChains], large[kChains];

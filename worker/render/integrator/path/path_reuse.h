@@ -58,7 +58,7 @@ class PathReuse {
   void finish(SampleBatch& batch, ConnectionQueue& queue);
 
  private:
-  /// What the second surface of a sample shares.
+  /// Bits for what the second surface of a sample shares.
   enum Shared : std::int32_t {
     kEven = 1,    // all
     kGlossy = 2,  // or some of what follows:

@@ -67,7 +67,7 @@ const BinHits& Preview::hits_of(BinName name) {
   return *(latest_ = &hits);
 }
 
-/// What is seen through 16 samples.
+/// Finds what is seen through 16 samples.
 Hit Preview::find(int first) {
   alignas(64) std::int32_t shape[kWidth], primitive[kWidth], instance[kWidth];
   alignas(64) float t[kWidth] = {}, u[kWidth] = {}, v[kWidth] = {};

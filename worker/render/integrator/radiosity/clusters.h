@@ -24,7 +24,7 @@ class Clusters {
   /// The first is the whole scene; children come after their parents.
   const std::vector<Cluster>& all() const { return clusters_; }
   bool empty() const { return clusters_.empty(); }
-  /// What a cluster falls into: two clusters, or its only side (both are that, then).
+  /// Child `i` of a cluster: one of its two clusters, or its only side (both are that, then).
   Name child(std::uint32_t cluster, int i) const;
   /// The side that has its share of the cluster's area at `u` in [0, 1), which becomes uniform there.
   Side side_at(const Cluster& cluster, double& u) const;

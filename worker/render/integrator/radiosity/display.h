@@ -15,7 +15,7 @@ using render::radiosity::Solution;
 /// neighbouring sides of one material that meet under less than 30 degrees, share vertices.
 Solution show(const ShapeTable& shapes, const Surfaces& surfaces, const Forest& forest);
 
-/// What a point of a side gets of its patch.
+/// Data that a point of a side gets of its patch.
 struct Shown {
   Colour irradiance;
   int level = 0;  // of the patch

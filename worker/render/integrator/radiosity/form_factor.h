@@ -28,7 +28,7 @@ inline constexpr int kPoints = 3;
 inline constexpr Weights kPoint[kPoints] = {
     {{2 / 3.0, 1 / 6.0, 1 / 6.0}}, {{1 / 6.0, 2 / 3.0, 1 / 6.0}}, {{1 / 6.0, 1 / 6.0, 2 / 3.0}}};
 
-/// What each of a receiver's points sees of a source, if nothing is in the way.
+/// View of a source from each of a receiver's points, if nothing is in the way.
 struct View {
   Polygon seen[kPoints];
   double factor[kPoints] = {0, 0, 0};

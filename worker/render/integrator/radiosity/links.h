@@ -51,7 +51,7 @@ struct Links {
 /// order; factors in [0, 1] and irradiances that are finite and not below 0.
 bool are_sound(const Links& links, const Surfaces& surfaces, const Clusters& clusters, int deepest);
 
-/// What is known of the light of sides and clusters before it is linked: radiosities, W/m^2, the largest
+/// Light of sides and clusters, as far as it is known before it is linked: radiosities, W/m^2, the largest
 /// band.
 struct Brightness {
   struct Value {
@@ -93,7 +93,7 @@ class Linker {
     Name receiver, source;
     std::int32_t light = -1;
   };
-  /// What is found out of a pair, by rays from each of the receiver's points.
+  /// Findings about a pair, by rays from each of the receiver's points.
   struct Finding {
     View view;  // of a patch
     // What arrives, and what would if nothing were in the way: of patches a count of rays, of clusters parts

@@ -67,7 +67,7 @@ struct Patch {
     return corner[0] * at.w[0] + corner[1] * at.w[1] + corner[2] * at.w[2];
   }
   Vec centre() const { return point({{1 / 3.0, 1 / 3.0, 1 / 3.0}}); }
-  /// Of a sphere about the centre that holds the patch.
+  /// Radius of a sphere about the centre that holds the patch.
   double radius() const;
 };
 
@@ -80,7 +80,7 @@ class Surfaces {
   double area(Side side) const { return triangles_[side / 2].area; }
   /// The triangle's corners go clockwise, seen from where its side 0 is: an instance has mirrored it.
   bool is_turned(Side side) const { return triangles_[side / 2].turned; }
-  /// Of one side of everything.
+  /// Area of one side of everything.
   double whole_area() const { return whole_area_; }
   Patch patch(Name name) const;
 

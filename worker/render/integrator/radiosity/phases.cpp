@@ -56,7 +56,7 @@ bool make_links(const IntegratorContext& context, const PartRequest& part, std::
   return true;
 }
 
-/// What parts of the estimate read: patches, and light before it is known, that of lamps.
+/// Data that parts of the estimate read: patches, and light before it is known, that of lamps.
 struct Lamps {
   explicit Lamps(const SceneTables& scene) : surfaces(scene.shapes), clusters(surfaces) {
     std::vector<Name> names;

@@ -36,7 +36,7 @@ class Estimate {
   double mean_irradiance_ = 0;
 };
 
-/// What a phase reads of those before it.
+/// Data that a phase reads of those before it.
 struct Linked final : Prepared {
   explicit Linked(const SceneTables& scene) : surfaces(scene.shapes), clusters(surfaces) {}
 
@@ -46,7 +46,7 @@ struct Linked final : Prepared {
   Links links;                         // for the solution
 };
 
-/// What the picture reads.
+/// Data that the picture reads.
 struct Solved final : Prepared {
   explicit Solved(const SceneTables& scene) : surfaces(scene.shapes) {}
 

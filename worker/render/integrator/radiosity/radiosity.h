@@ -9,9 +9,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What camera rays meet is as bright as its patch. With a final gather [Reichert 1992] it is lit by lights
-/// directly, and by patches over one ray a sample; where that ends nearer than patches can tell, the path
-/// goes on.
+/// Shows what camera rays meet as bright as its patch. With a final gather [Reichert 1992] it is lit by
+/// lights directly, and by patches over one ray a sample; where that ends nearer than patches can tell, the
+/// path goes on.
 class Radiosity final : public Integrator {
  public:
   explicit Radiosity(const IntegratorContext& context);

@@ -58,8 +58,8 @@ class Merging final : public LightVertexSink {
 
   std::int64_t photons() const { return map_.size(); }
 
-  /// What merging a vertex adds to the sums over ways, before powers: how many photons a vertex meets for one
-  /// that would be joined.
+  /// Returns what merging a vertex adds to the sums over ways, before powers: how many photons a vertex meets
+  /// for one that would be joined.
   float photons_a_join() const { return static_cast<float>(photon_paths_) * area(); }
 
   /// Weighed reflected light of the photons near the vertices `at`, on surfaces. `eye`: sums there, at event

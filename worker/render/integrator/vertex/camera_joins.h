@@ -35,8 +35,8 @@ class CameraJoins {
   explicit CameraJoins(const IntegratorContext& context)
       : scene_(context.scene), rays_(context.rays), stats_(context.stats), transit_(context) {}
 
-  /// As many as a batch has paths, before they are traced. `key` is that of random numbers on the way, in
-  /// volumetric scenes.
+  /// Adds joins, no more than a batch has paths before they are traced. `key` is that of random numbers on
+  /// the way, in volumetric scenes.
   void add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines);
   void trace(Film& film);
 

@@ -15,7 +15,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What led a light path here, instead of a density, in its `pdf`.
+/// Codes that the `pdf` of a light path holds instead of a density: what led it here.
 inline constexpr float kMirrored = 0;   // perfect mirrors and glass, from a delta light; or nothing, from one
 inline constexpr float kScattered = 1;  // a wide lobe at least once
 inline constexpr float kBundled = 2;  // mirrors, glass and narrow lobes alone; or nothing, from other lights

@@ -55,7 +55,7 @@ TESSERA_INLINE Float weight_of_way(Float from_light, Float from_eye) {
   return select_or_zero(is_finite(sum), 1.0f / sum);
 }
 
-/// What makes light weighed by `weight` the light that the way finds by itself.
+/// Returns the factor that makes light weighed by `weight` the light that the way finds by itself.
 TESSERA_INLINE Float inverse_of(Float weight) {
   const Mask some = weight > 1e-37f;
   return select_or_zero(some, 1.0f / select(some, weight, 1.0f));

@@ -15,7 +15,7 @@ class Descent {
 
   /// Points that are not at a light yet.
   Mask going() const { return going_; }
-  /// What they are to choose from.
+  /// Children that those points are to choose from.
   ChildChoice choice() const {
     // Child by child costs as much a child as point by point a point.
     if (at_root_ && tree_.root_children <= count(going_))

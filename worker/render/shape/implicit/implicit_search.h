@@ -17,7 +17,7 @@ inline Double value_at(const ImplicitRecord& surface, const Point3& p) {
   return run_program(surface.program, p.x, p.y, p.z);
 }
 
-/// What f may be off by at `p`: below it, a value is as good as zero.
+/// Amount by which f may be off at `p`: below it, a value is as good as zero.
 inline Double noise_floor(const ImplicitRecord& surface, const Point3& p) {
   if (surface.roots == ImplicitRoots::kSphereTracing) return Double(2 * sphere_tracing_tolerance(surface));
   if (surface.degree > 0) return Double(2 * polynomial_error(surface));

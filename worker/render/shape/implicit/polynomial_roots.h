@@ -9,9 +9,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What rounding may take off a polynomial's value within the bounds, found by its expansion along a ray.
-/// Each term goes through three roundings for each of 3 n multiplications at most, and as many of the basis
-/// in which signs are told; a point of the ray is off by four roundings of the largest coordinate.
+/// Error that rounding may bring to a polynomial's value within the bounds, found by its expansion along a
+/// ray. Each term goes through three roundings for each of 3 n multiplications at most, and as many of the
+/// basis in which signs are told; a point of the ray is off by four roundings of the largest coordinate.
 inline double polynomial_error(const ImplicitRecord& surface) {
   constexpr double kRounding = 0x1p-53;
   double reach = 0;

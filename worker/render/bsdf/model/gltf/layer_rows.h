@@ -39,7 +39,7 @@ class LayerRows {
     return mixed(t_, mixed(column.t, load(entry), load(entry + 1)),
                  mixed(column.t, load(entry + kLayerColumns), load(entry + (kLayerColumns + 1))));
   }
-  /// Of diffuse light.
+  /// Energies of diffuse light.
   TESSERA_INLINE LayerEnergy mean() const { return mixed(t_, load(row_), load(row_ + 1)); }
 
   TESSERA_INLINE FacetCosines facets_at(Float cosine, const float* film_table) const {

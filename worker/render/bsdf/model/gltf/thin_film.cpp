@@ -20,7 +20,7 @@ TESSERA_INLINE Polarized amplitudes(Float from, Float from_cosine, Float to, Flo
   return {ratio(from * from_cosine, to * to_cosine), ratio(to * from_cosine, from * to_cosine)};
 }
 
-/// Of one polarisation, the transmittance of a film without interference, and the amplitude of a round trip:
+/// Transmittance of a film without interference, for one polarisation, and the amplitude of a round trip:
 /// with phase shift delta a film lets pass mean (1 + 2 sum over m of trip^m cos(m delta)).
 struct Transmitted {
   Float mean, trip;

@@ -5,7 +5,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Of sixteen vertices.
+/// Delta lobes of sixteen vertices.
 struct DeltaLobe {
   Vec3 wi{Float(0.0f), Float(0.0f), Float(0.0f)};
   Spectrum weight = Spectrum(0.0f);  // BsdfSample::weight

@@ -235,7 +235,7 @@ void Grower::end_at_lights(const Group& group, int vertex, Mask lit) {
   }
 }
 
-/// What leaves the scene ends at the light that is all around it.
+/// Ends the paths that leave the scene, at the light that is all around it.
 void Grower::arrive_at_environment(const Group& group, Vec3 direction, Mask missed) const {
   if (scene_.lights.infinite_lights.empty()) {
     kill(group, missed);

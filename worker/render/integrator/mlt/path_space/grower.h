@@ -20,7 +20,7 @@ namespace tessera::render::TESSERA_ISA {
 /// [Veach 1997, section 11.4.4]: as likely there as back.
 inline constexpr float kLeastAngle = 1e-4f, kLargestAngle = 0.1f;
 
-/// What a path is to become.
+/// Plan of what a path is to become.
 struct Growth {
   ExplicitPath* path = nullptr;  // with its events, time, place on the lens, and the vertices that it keeps
   KeptEnds kept{};

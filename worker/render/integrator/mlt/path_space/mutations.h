@@ -31,8 +31,8 @@ class Mutations {
   /// The strategies of a kind, without kAllNew.
   static std::vector<Strategy> strategies_of(MutationKind kind);
 
-  /// What `from` is to become, with all that is kept of it in `path`. Not alive where the strategy does not
-  /// apply, or leads off the film.
+  /// Proposes what `from` is to become, with all that is kept of it in `path`. Not alive where the strategy
+  /// does not apply, or leads off the film.
   Growth propose(Strategy strategy, const ExplicitPath& from, const ProposalNumbers& u,
                  ExplicitPath& path) const;
 

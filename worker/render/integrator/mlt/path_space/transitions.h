@@ -5,8 +5,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What a path keeps: its first vertices, that on the lens not counted, and its last, the end on the light
-/// counted. What is between them is removed.
+/// Ends that a path keeps: its first vertices, that on the lens not counted, and its last, the end on the
+/// light counted. What is between them is removed.
 struct KeptEnds {
   int eye = 0, light = 0;
 
