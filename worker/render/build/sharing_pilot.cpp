@@ -22,8 +22,8 @@ constexpr double kCostOfJoin = 1.0;
 /// Gain below which pixels stay alone: whole groups at borders of tiles take a tenth more samples.
 constexpr double kLeastGain = 1.1;
 
-/// Factor of the root in caution(), which stands for the costs that it leaves out, and the most that is taken:
-/// both by error x time on scenes [docs/decisions/0062-path-sharing.md].
+/// Factor of the root in caution(), which stands for the costs that it leaves out, and the most that is
+/// taken: both by error x time on scenes [docs/decisions/0062-path-sharing.md].
 constexpr double kCautionScale = 0.5;
 constexpr double kMostCaution = 3;
 

@@ -17,9 +17,9 @@ struct SharingPilot {
   /// Whether that is a gain, and not by chance.
   bool pays() const;
   /// Returns SceneTables::shared_caution. The best probability with which a path goes on is its throughput
-  /// times the root of a quotient: the second moment of what is to come over the variance of the picture, each
-  /// divided by its costs [Rath et al. 2022]. What is to come is taken to be as uneven as a sample of a pixel
-  /// alone, and its share of the costs to be that of any scene.
+  /// times the root of a quotient: the second moment of what is to come over the variance of the picture,
+  /// each divided by its costs [Rath et al. 2022]. What is to come is taken to be as uneven as a sample of a
+  /// pixel alone, and its share of the costs to be that of any scene.
   float caution() const;
 };
 
