@@ -50,7 +50,7 @@ class FarmGauges final : public prometheus::Collectable {
       units["leased"] += job.units_leased();
       units["done"] += job.units_done();
       units["set_aside"] += job.units_set_aside();
-      units["waiting"] += job.units_total() - job.units_leased() - job.units_done() - job.units_set_aside();
+      units["waiting"] += job.units_waiting();
     }
     telemetry::ReadFamily workers = gauge("tessera_workers", "Workers that are connected, by state", "state");
     workers["working"] = workers["idle"] = workers["draining"] = workers["quarantine"] = 0;

@@ -22,10 +22,17 @@ constexpr double kPaceTolerance = 0.2;
 constexpr std::uint64_t kLooks = 50 * kIdleWorkers;
 constexpr int kMostJobs = 100;
 
-/// How often workers were looked at while units of the job waited, and how often one of them held none.
+/// How often workers were looked at while units of the job waited, how often one of them held none, and when.
 struct Watched {
   std::uint64_t looks = 0, idle = 0;
+  std::string when;
 };
+
+/// How far a job has come.
+std::string progress(const v1::JobStatus& status) {
+  return std::to_string(status.units_done()) + " units done, " + std::to_string(status.units_leased()) +
+         " leased, " + std::to_string(status.units_waiting()) + " waiting";
+}
 
 void watch(FarmUnderTest& farm, const std::string& job_id, Watched& watched) {
   const auto end = std::chrono::steady_clock::now() + 10 * kPatience;
@@ -42,13 +49,19 @@ void watch(FarmUnderTest& farm, const std::string& job_id, Watched& watched) {
     const auto still = farm.client().job(job_id, {});
     ASSERT_TRUE(still.ok()) << still.status();
     const auto waiting = [](const v1::JobStatus& s) {
-      return s.state() == v1::RUNNING && s.units_total() > s.units_done() + s.units_leased();
+      return s.state() == v1::RUNNING && s.units_waiting() > 0;
     };
     if (waiting(job->status()) && waiting(still->status())) {
+      std::string idle;
       for (const v1::WorkerStatus& worker : *workers) {
         ++watched.looks;
-        watched.idle += worker.leases() == 0;
+        if (worker.leases() > 0) continue;
+        ++watched.idle;
+        idle += worker.name() + " ";
       }
+      if (!idle.empty())
+        watched.when +=
+            idle + "idle between " + progress(job->status()) + " and " + progress(still->status()) + "\n";
     }
     std::this_thread::sleep_for(std::chrono::milliseconds{20});  // between looks; nothing waits for it
   }
@@ -71,7 +84,7 @@ void expect_nobody_idle(const std::string& scene, const Arguments& options) {
   ASSERT_GT(watched.looks, kLooks) << "too short to tell anything";
   const double idle = static_cast<double>(watched.idle) / static_cast<double>(watched.looks);
   testing::Test::RecordProperty("idle", std::to_string(idle));
-  EXPECT_LT(idle, kMostIdle) << watched.idle << " of " << watched.looks;
+  EXPECT_LT(idle, kMostIdle) << watched.idle << " of " << watched.looks << ":\n" << watched.when;
   const auto workers = farm.client().workers({});
   ASSERT_TRUE(workers.ok()) << workers.status();
   ASSERT_EQ(workers->size(), kIdleWorkers);
