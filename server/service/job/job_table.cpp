@@ -239,7 +239,7 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   // Only what survives a crash is said to be done, so that the number never falls.
   status.set_units_done(std::min(view.units_done, static_cast<std::uint32_t>(entry.durable_units)));
   status.set_units_leased(view.units_leased);
-  status.set_units_waiting(view.units_pending);
+  if (is_open(view.state)) status.set_units_waiting(view.units_pending);
   *status.mutable_stats() = entry.stats;
   status.set_error(view.error);
   status.set_isa(view.isa);

@@ -38,6 +38,7 @@ TEST_F(Observability, MetricsFollowAJob) {
   const v1::LeaseResponse leases = lease(worker, 3);
   ASSERT_EQ(leases.leases_size(), 3);
   EXPECT_EQ(metric("tessera_units{state=\"leased\"}"), 3);
+  EXPECT_EQ(metric("tessera_units{state=\"waiting\"}"), 1);
   EXPECT_EQ(metric("tessera_leases_total"), 3);
   EXPECT_EQ(metric("tessera_workers{state=\"working\"}"), 1);
 
