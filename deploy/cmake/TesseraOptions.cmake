@@ -21,9 +21,10 @@ set(CMAKE_CXX_FLAGS_RELEASE "-O2")  # assertions stay on: they guard invariants 
 
 find_program(CCACHE_PROGRAM ccache)
 if(CCACHE_PROGRAM)
-  # ccache asks for this where headers are precompiled; so is -fpch-preprocess below.
+  # ccache asks for the sloppiness where headers are precompiled; so is -fpch-preprocess below. With paths
+  # relative to the source tree, one clone finds what another has compiled.
   set(CMAKE_CXX_COMPILER_LAUNCHER ${CMAKE_COMMAND} -E env CCACHE_SLOPPINESS=pch_defines,time_macros
-    ${CCACHE_PROGRAM})
+    CCACHE_BASEDIR=${CMAKE_SOURCE_DIR} CCACHE_NOHASHDIR=1 ${CCACHE_PROGRAM})
   set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE_PROGRAM})
 endif()
 
