@@ -1,18 +1,19 @@
 #!/usr/bin/env bash
-# Installs and builds what is missing, then runs the tests. What is not an option of this script goes to ctest.
+# Installs and builds what is missing, then runs the tests of the gate: those whose verdict depends on the sources
+# alone, not on time or chance. What is not an option of this script goes to ctest.
 #
-#   deploy/test.sh                     all tests but those with the label `long`
-#   deploy/test.sh --long              those too
+#   deploy/test.sh                     all tests but those with the labels `long` and `soak` (deploy/soak.sh)
+#   deploy/test.sh --all               those too
 #   deploy/test.sh --preset asan       another build: debug, asan, tsan
 #   deploy/test.sh -R scheduler        only tests whose name matches
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
 preset=release
-labels=(-LE '^long$')
+labels=(-LE '^(long|soak)$')
 arguments=()
 while [ $# -gt 0 ]; do
   case "$1" in
-    --long) labels=() ;;
+    --all) labels=() ;;
     --preset)
       preset=${2:?--preset needs a name}
       shift

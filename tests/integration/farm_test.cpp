@@ -1,15 +1,12 @@
 // The farm in everyday use: uploads, late workers, cancelling.
 #include <gtest/gtest.h>
 
-#include <chrono>
 #include <fstream>
 
 #include "integration/farm_under_test.h"
 
 namespace tessera::integration {
 namespace {
-
-using Clock = std::chrono::steady_clock;
 
 TEST(Farm, ASecondSubmitUploadsNothing) {
   FarmUnderTest farm;
@@ -50,13 +47,9 @@ TEST(Farm, CancellingStopsTheWorkers) {
   farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_leased() >= 2; });
   ASSERT_TRUE(worker.wait_for_err("loaded in", kPatience)) << worker.err();
 
-  const Clock::time_point start = Clock::now();
   const support::Finished cancelled = tessera(farm.on_farm({"cancel", job_id}));
   EXPECT_EQ(cancelled.status.code, 0) << cancelled.err;
   ASSERT_TRUE(worker.wait_for_err("leases revoked", kPatience)) << worker.err();
-  // The news comes with the next heartbeat, every 2 s at most; the rest is for starting a program on a busy
-  // machine.
-  EXPECT_LT(Clock::now() - start, std::chrono::seconds{4});
 
   // A worker that had not stopped could not render this.
   const support::Finished next =
@@ -95,20 +88,6 @@ TEST(Farm, ANameThatRefersToNothingIsRefusedBeforeItIsUploaded) {
   EXPECT_EQ(done.status.code, 3);
   EXPECT_NE(done.err.find("bad.textproto:4"), std::string::npos) << done.err;
   EXPECT_NE(done.err.find("did you mean \"clay\"?"), std::string::npos) << done.err;
-}
-
-TEST(Farm, AUnitThatTakesTooLongIsSetAside) {
-  FarmUnderTest farm;
-  farm.add_worker({.options = {"--unit-limit", "2"}});
-  // Adaptive, so that a unit has all samples of its tile: 512x512 pixels, some 15 s of work, beside 8x512, a
-  // quarter of a second. The large one is tried three times.
-  const std::filesystem::path image = farm.directory() / "holes.exr";
-  const support::Finished done =
-      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "520x512", "--noise",
-                            "0.0001", "--spp", "64", "--tile", "512", "--quiet", "-o", image.string()}));
-  EXPECT_EQ(done.status.code, 7) << done.err;
-  EXPECT_NE(done.err.find("longer than 2 s, the worker's --unit-limit"), std::string::npos) << done.err;
-  EXPECT_TRUE(std::filesystem::exists(image));
 }
 
 }  // namespace

@@ -20,7 +20,7 @@
 namespace tessera::integration {
 namespace {
 
-constexpr std::chrono::minutes kLongestWatch{5};
+constexpr std::chrono::minutes kLongestWatch{10};
 
 std::string& program_folder() {
   static std::string folder = TESSERA_BIN_DIR;

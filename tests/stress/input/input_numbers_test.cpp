@@ -3,7 +3,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <random>
@@ -27,8 +26,8 @@ struct Case {
   std::string_view number;
 };
 
-/// Every bad number at every place, shuffled (the same way always), and of those `most` unless all are asked
-/// for.
+/// Every bad number at every place, shuffled (the same way always), and the first `most` of those; ten times
+/// as many in the long form.
 std::vector<Case> cases_of(std::string_view text, TextKind kind, std::size_t most) {
   std::vector<Case> cases;
   for (const NumberSite site : number_sites(text, kind)) {
@@ -36,7 +35,7 @@ std::vector<Case> cases_of(std::string_view text, TextKind kind, std::size_t mos
   }
   std::mt19937 random(1);
   for (std::size_t i = cases.size(); i > 1; --i) std::swap(cases[i - 1], cases[random() % i]);
-  if (!test::long_form()) cases.resize(std::min(cases.size(), most));
+  cases.resize(std::min(cases.size(), test::long_form() ? 10 * most : most));
   return cases;
 }
 
@@ -49,8 +48,7 @@ std::string line_of(const std::string& text, std::size_t at) {
 /// All cases of one text, which stands in the file `bad` that `scene` (the same, or one that refers to it) is
 /// read with.
 void walk(const std::string& text, TextKind kind, const std::filesystem::path& bad,
-          const std::filesystem::path& scene, std::size_t most,
-          std::chrono::seconds budget = std::chrono::seconds(25)) {
+          const std::filesystem::path& scene, std::size_t most) {
   InputJudge judge;
   const bool same = bad == scene;
   const auto complaint_about = [&](const std::string& changed) {
@@ -59,11 +57,9 @@ void walk(const std::string& text, TextKind kind, const std::filesystem::path& b
   };
   ASSERT_EQ(complaint_about(text), "") << "the file as it is";
   ASSERT_EQ(judge.tally().rendered, 1u) << "the file as it is must be taken";
-  const auto until = std::chrono::steady_clock::now() + budget;
   const std::vector<Case> cases = cases_of(text, kind, most);
   int complaints = 0;
   for (const Case& c : cases) {
-    if (std::chrono::steady_clock::now() > until) break;
     const std::string changed = with_number(text, c.site, c.number);
     const std::string complaint = complaint_about(changed);
     if (complaint.empty()) continue;
@@ -141,7 +137,7 @@ TEST_F(InputNumbers, MitsubaSuite) {
   ASSERT_FALSE(scenes.empty());
   for (const std::filesystem::path& path : scenes) {
     SCOPED_TRACE(path.filename().string());
-    walk(read_bytes(path), TextKind::kXml, path, path, 0, std::chrono::seconds(1));
+    walk(read_bytes(path), TextKind::kXml, path, path, 2);
   }
 }
 

@@ -178,11 +178,9 @@ TEST_F(SceneMessage, BadNumbersInEveryField) {
   ASSERT_EQ(judge.tally().rendered, 2u);
   std::mt19937 random(2);
   for (std::size_t i = cases.size(); i > 1; --i) std::swap(cases[i - 1], cases[random() % i]);
-  if (!test::long_form()) cases.resize(60);
+  cases.resize(std::min<std::size_t>(cases.size(), test::long_form() ? 600 : 60));
 
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(25);
   for (const BadNumber& c : cases) {
-    if (std::chrono::steady_clock::now() > until) break;
     v1::Scene scene = c.sample->scene;
     std::size_t i = 0;
     for_each_number(scene, "",

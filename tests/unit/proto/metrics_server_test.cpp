@@ -18,7 +18,6 @@ namespace {
 
 using ::testing::HasSubstr;
 using ::testing::StartsWith;
-using Clock = std::chrono::steady_clock;
 
 class MetricsServerTest : public ::testing::Test {
  protected:
@@ -58,10 +57,7 @@ TEST_F(MetricsServerTest, IsScrapedWhileStrangersKeepConnectionsOpen) {
   support::IdleConnections idle{absl::StrCat("127.0.0.1:", server_->port())};
   const std::size_t before = descriptors();
   idle.open(kStrangers);
-  // A scrape gives up after 10 s by default.
-  const Clock::time_point begun = Clock::now();
   EXPECT_THAT(scrape(), HasSubstr("tessera_test_total 7"));
-  EXPECT_LT(Clock::now() - begun, std::chrono::seconds(10));
   EXPECT_LE(descriptors(), before + kStrangers + MetricsServer::kMostConnections)
       << "the strangers' ends, and its own";
 }

@@ -6,8 +6,8 @@
 #include <set>
 #include <thread>
 
-#include "load/farm_under_load.h"
-#include "load/wait_for.h"
+#include "soak/load/farm_under_load.h"
+#include "soak/load/wait_for.h"
 #include "support/long_form.h"
 
 namespace tessera::load {

@@ -11,8 +11,8 @@
 #include <thread>
 
 #include "base/address.h"
-#include "load/farm_under_load.h"
-#include "load/wait_for.h"
+#include "soak/load/farm_under_load.h"
+#include "soak/load/wait_for.h"
 #include "support/long_form.h"
 #include "support/process/idle_connections.h"
 #include "support/process/tcp_proxy.h"

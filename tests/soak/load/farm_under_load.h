@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "farm/farm_client.h"
-#include "load/stub_fleet.h"
+#include "soak/load/stub_fleet.h"
 #include "support/process/process.h"
 #include "support/process/temp_dir.h"
 

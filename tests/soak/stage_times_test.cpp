@@ -1,4 +1,4 @@
-// Where the time of rendering goes, and images of other seeds on one scene.
+// Where the time of rendering goes.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -57,18 +57,6 @@ TEST(StageTimes, PartsOfShadingNameMaterials) {
   EXPECT_LE(materials, part);
   EXPECT_GE(materials, part / 2);
   EXPECT_EQ(file->scene->material_names().size(), stats.times.materials.size());
-}
-
-TEST(SeedOffset, GivesTheImageOfThatSeed) {
-  const auto file = load(5), other = load(12);
-  ASSERT_TRUE(file.ok() && other.ok());
-  render::RenderStats stats;
-  const auto shifted = file->scene->render_tile({0, 0, 64, 64, 0, 4, 7}, {}, stats);
-  const auto direct = other->scene->render_tile({0, 0, 64, 64, 0, 4}, {}, stats);
-  const auto own = file->scene->render_tile({0, 0, 64, 64, 0, 4}, {}, stats);
-  ASSERT_TRUE(shifted.ok() && direct.ok() && own.ok());
-  EXPECT_EQ(shifted->values, direct->values);
-  EXPECT_NE(shifted->values, own->values);
 }
 
 }  // namespace

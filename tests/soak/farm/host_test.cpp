@@ -200,5 +200,19 @@ TEST(Host, AUnitThatKillsItsWorkersIsSetAsideMarkedAndRetried) {
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(slow)) << "now that nothing kills";
 }
 
+TEST(Host, AUnitThatTakesTooLongIsSetAside) {
+  FarmUnderTest farm;
+  farm.add_worker({.options = {"--unit-limit", "2"}});
+  // Adaptive, so that a unit has all samples of its tile: 512x512 pixels, some 15 s of work, beside 8x512, a
+  // quarter of a second. The large one is tried three times.
+  const std::filesystem::path image = farm.directory() / "holes.exr";
+  const support::Finished done =
+      tessera(farm.on_farm({"submit", "scenes/cornell-box/scene.pbrt", "--resolution", "520x512", "--noise",
+                            "0.0001", "--spp", "64", "--tile", "512", "--quiet", "-o", image.string()}));
+  EXPECT_EQ(done.status.code, 7) << done.err;
+  EXPECT_NE(done.err.find("longer than 2 s, the worker's --unit-limit"), std::string::npos) << done.err;
+  EXPECT_TRUE(std::filesystem::exists(image));
+}
+
 }  // namespace
 }  // namespace tessera::integration

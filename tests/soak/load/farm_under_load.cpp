@@ -1,4 +1,4 @@
-#include "load/farm_under_load.h"
+#include "soak/load/farm_under_load.h"
 
 #include <unistd.h>
 

@@ -1,4 +1,4 @@
-#include "load/stub_fleet.h"
+#include "soak/load/stub_fleet.h"
 
 #include <google/protobuf/util/time_util.h>
 #include <grpcpp/grpcpp.h>

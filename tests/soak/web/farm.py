@@ -9,7 +9,7 @@ import time
 
 from browser import PATIENCE
 
-ROOT = pathlib.Path(__file__).resolve().parents[2]
+ROOT = pathlib.Path(__file__).resolve().parents[3]
 
 
 def check(holds, what):

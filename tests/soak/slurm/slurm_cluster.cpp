@@ -1,4 +1,4 @@
-#include "cluster/slurm_cluster.h"
+#include "soak/slurm/slurm_cluster.h"
 
 #include <gtest/gtest.h>
 #include <netinet/in.h>

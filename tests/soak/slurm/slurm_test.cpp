@@ -1,5 +1,5 @@
 // deploy/slurm on a real Slurm: pictures have the same bits, whatever is killed, preempted or requeued.
-#include "cluster/slurm_cluster.h"
+#include "soak/slurm/slurm_cluster.h"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <cstdio>
 #include <thread>
 
-#include "load/farm_under_load.h"
-#include "load/wait_for.h"
 #include "options/program.h"
+#include "soak/load/farm_under_load.h"
+#include "soak/load/wait_for.h"
 #include "wire/version.h"
 
 namespace {

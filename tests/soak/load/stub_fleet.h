@@ -9,8 +9,8 @@
 #include <string>
 #include <vector>
 
-#include "load/latency_histogram.h"
-#include "load/timers.h"
+#include "soak/load/latency_histogram.h"
+#include "soak/load/timers.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::load {
