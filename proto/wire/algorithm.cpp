@@ -33,7 +33,8 @@ constexpr std::array kAlgorithms{
                     .layers = LayerStates::kFromCamera,
                     .shadow_layers = true,
                     .straight_shadows = true,
-                    .bsdf_lighting = true},
+                    .bsdf_lighting = true,
+                    .blindness = Blindness::kCaustics},
     AlgorithmTraits{.name = "volpath",
                     .summary = "paths from the camera, through media too",
                     .media = true,
@@ -44,14 +45,16 @@ constexpr std::array kAlgorithms{
                     .layers = LayerStates::kFromCamera,
                     .shadow_layers = true,
                     .straight_shadows = true,
-                    .bsdf_lighting = true},
+                    .bsdf_lighting = true,
+                    .blindness = Blindness::kCaustics},
     AlgorithmTraits{.name = "light",
                     .summary = "paths from the lights, over surfaces: caustics",
                     .work = WorkKind::kPasses,
                     .layers = LayerStates::kFromBothEnds,
                     .samples_all_light = true,
                     .starts_at_lights = true,
-                    .projects_points = true},
+                    .projects_points = true,
+                    .blindness = Blindness::kMirrorImages},
     AlgorithmTraits{.name = "direct",
                     .summary = "lights and what they light, without light between surfaces",
                     .noise = true,
@@ -104,7 +107,8 @@ constexpr std::array kAlgorithms{
                     .shadow_layers = true,
                     .strategy_layers = true,
                     .samples_all_light = true,
-                    .starts_at_lights = true},
+                    .starts_at_lights = true,
+                    .blindness = Blindness::kCausticsInMirrors},
     AlgorithmTraits{
         .name = "vcm",
         .summary = "bdpt, whose paths also take light from vertices close by: caustics in mirrors",
@@ -152,6 +156,7 @@ constexpr std::array kAlgorithms{
                     .first_hit_aovs = true,
                     .samples_all_light = true,
                     .starts_at_lights = true,
+                    .blindness = Blindness::kCausticsInMirrors,
                     .own_settings = OwnSettings::kMetropolis},
     AlgorithmTraits{.name = "guided",
                     .summary = "paths from the camera that learn where light comes from, through media too",
@@ -164,6 +169,7 @@ constexpr std::array kAlgorithms{
                     .shadow_layers = true,
                     .straight_shadows = true,
                     .bsdf_lighting = true,
+                    .blindness = Blindness::kCaustics,
                     .own_settings = OwnSettings::kGuiding,
                     .phases = kGuidePhases},
 };
@@ -187,12 +193,28 @@ const char* word_of(Bias bias) {
   return "";
 }
 
+const char* word_of(Blindness blindness) {
+  switch (blindness) {
+    case Blindness::kNone:
+      return "";
+    case Blindness::kCaustics:
+      return "caustics of lights without area";
+    case Blindness::kCausticsInMirrors:
+      return "mirror images of caustics of lights without area";
+    case Blindness::kMirrorImages:
+      return "whatever is seen in mirrors and through clear glass";
+  }
+  return "";
+}
+
 std::span<const AlgorithmTraits> algorithms() { return table(); }
 
 void add_algorithm(const AlgorithmTraits& algorithm) { table().push_back(algorithm); }
 
 std::string description_of(const AlgorithmTraits& algorithm) {
-  return absl::StrCat(algorithm.summary, "; ", word_of(algorithm.bias));
+  const std::string unseen = word_of(algorithm.blindness);
+  return absl::StrCat(algorithm.summary, "; ", word_of(algorithm.bias), unseen.empty() ? "" : ", blind to ",
+                      unseen);
 }
 
 const AlgorithmTraits* find_algorithm(std::string_view name) {

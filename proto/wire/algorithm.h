@@ -27,6 +27,18 @@ enum class Bias : std::uint8_t {
 /// "unbiased", "consistent" or "biased".
 const char* word_of(Bias bias);
 
+/// Light that an unbiased or consistent algorithm never finds, at any number of samples. Delta lights have no
+/// area (points, spots, parallel light); delta surfaces are mirrors, clear glass and clear coats.
+enum class Blindness : std::uint8_t {
+  kNone,
+  kCaustics,           // light of delta lights, by way of delta surfaces
+  kCausticsInMirrors,  // the same, but only where it is seen by way of delta surfaces as well
+  kMirrorImages        // whatever is seen by way of delta surfaces
+};
+
+/// "caustics of lights without area" ...; empty for kNone.
+const char* word_of(Blindness blindness);
+
 /// Whether light is told apart by the path that it took (layers/expression.h), and which paths carry the
 /// state of an automaton: those from the camera, or those from lights as well.
 enum class LayerStates : std::uint8_t { kNone, kFromCamera, kFromBothEnds };
@@ -74,6 +86,7 @@ struct AlgorithmTraits {
   bool motion = true;              // shapes may move; where not, they are refused
   bool diffuse_only = false;       // knows triangles of diffuse matter and nothing else
   bool lists_instances = false;    // goes over all of them: objects within objects are flattened
+  Blindness blindness = Blindness::kNone;
   OwnSettings own_settings = OwnSettings::kNone;
   std::span<const PhaseTraits> phases = {};
 };
@@ -84,7 +97,7 @@ std::span<const AlgorithmTraits> algorithms();
 /// Adds one that does not come with the kernels, at the start of a program, before anything else is called.
 void add_algorithm(const AlgorithmTraits& algorithm);
 
-/// Returns "SUMMARY; KIND", for people.
+/// Returns "SUMMARY; KIND", or "SUMMARY; KIND, blind to LIGHT", for people.
 std::string description_of(const AlgorithmTraits& algorithm);
 
 /// The algorithm with this name, the default where it is empty; null where there is none.

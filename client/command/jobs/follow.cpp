@@ -7,9 +7,11 @@
 #include <ctime>
 #include <iostream>
 #include <optional>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "base/printable.h"
 #include "command/exit_code.h"
 #include "command/jobs/job_news.h"
@@ -272,6 +274,11 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   if (followed.status.state() != v1::DONE && followed.incomplete_pixels > 0) {
     followed.image->metadata["tessera.partial"] =
         absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");
+  }
+  const auto& warnings = followed.status.stats().warnings();
+  if (!warnings.empty()) {
+    const std::set<std::string> sorted(warnings.begin(), warnings.end());
+    followed.image->metadata["tessera.warnings"] = absl::StrJoin(sorted, "\n");
   }
   if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
   const absl::Status status = followed.rows ? write_exr(*followed.image, *followed.rows, output, exr)

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
+#include "render/build/light/unseen_light.h"
 #include "render/build/noise_phase.h"
 #include "render/build/scene_content.h"
 #include "render/build/sharing_pilot.h"
@@ -205,6 +206,11 @@ class BuiltScene final : public RenderScene {
                                  self->content_->shape_numbers, self->content_->arrays);
       if (!layers.ok()) return layers.status();
       self->tables_.layers = *std::move(layers);
+    }
+    if (std::string unseen =
+            unseen_light(self->traits_, self->tables_, scene, self->content_->material_names);
+        !unseen.empty()) {
+      self->warnings_.push_back(std::move(unseen));
     }
     self->prepare_alone();
     self->find_group();

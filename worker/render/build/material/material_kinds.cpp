@@ -348,4 +348,21 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots) {
   return absl::InvalidArgumentError("its kind is missing or unknown");
 }
 
+bool has_delta_lobe(const MaterialRecord& material) {
+  switch (material.kind) {
+    case BsdfKind::kThinDielectric:
+      return true;
+    case BsdfKind::kPhong:
+      return (material.flags & kMirrorLobe) != 0;
+    case BsdfKind::kConductor:
+    case BsdfKind::kDielectric:
+    case BsdfKind::kCoatedDiffuse:
+    case BsdfKind::kPlastic:
+    case BsdfKind::kCoatedConductor:
+      return is_smooth(material);
+    default:
+      return false;
+  }
+}
+
 }  // namespace tessera::render

@@ -13,4 +13,8 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots);
 /// That of glTF's layers.
 absl::Status set_gltf(const v1::Material& material, MaterialSlots& slots);
 
+/// Whether a record that is filled has a delta lobe: a mirror, clear glass, or a clear coat over something
+/// else.
+bool has_delta_lobe(const MaterialRecord& material);
+
 }  // namespace tessera::render
