@@ -24,7 +24,8 @@ pkg_check_modules(libdeflate REQUIRED IMPORTED_TARGET libdeflate)
 find_package(pugixml CONFIG REQUIRED)
 find_package(assimp CONFIG REQUIRED)
 find_package(meshoptimizer CONFIG REQUIRED)
-pkg_check_modules(draco REQUIRED IMPORTED_TARGET draco)
+# Not its .pc file: that of Debian 13 names an include directory that is not there.
+find_package(draco CONFIG REQUIRED)
 # Headers alone: Debian's library of it is compiled with exceptions.
 find_path(TESSERA_TOML toml++/toml.h REQUIRED)
 pkg_check_modules(zstd REQUIRED IMPORTED_TARGET libzstd)

@@ -16,7 +16,7 @@ struct Row {
 };
 
 /// In single quotes for bash and zsh.
-std::string quoted(const std::string& text) {
+std::string shell_quoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
 }
 
@@ -33,14 +33,14 @@ std::string bash(const std::string& program, const std::vector<Row>& rows, bool 
   for (const Row& row : rows) {
     absl::StrAppend(&names, names.empty() ? "" : " ", row.name);
     absl::StrAppend(&options, "    ", has_commands ? row.name : "*",
-                    ") options=", quoted(words_of(row.command)), " ;;\n");
+                    ") options=", shell_quoted(words_of(row.command)), " ;;\n");
     for (const auto& option : row.command.options) {
       if (option->is_argument() || option->is_flag()) continue;
       const auto pattern = [&](std::string* out, const std::string& name) {
         absl::StrAppend(out, "'", row.name, " ", name, "'");
       };
       absl::StrAppend(&values, "    ", absl::StrJoin(option->names, "|", pattern),
-                      ") values=", quoted(absl::StrJoin(value_words(*option), " ")), " ;;\n");
+                      ") values=", shell_quoted(absl::StrJoin(value_words(*option), " ")), " ;;\n");
     }
   }
   return absl::StrCat(
@@ -48,10 +48,10 @@ std::string bash(const std::string& program, const std::vector<Row>& rows, bool 
       "() {\n"
       "  local current=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} command='' options='' "
       "values=-\n",
-      has_commands
-          ? absl::StrCat("  if [ \"$COMP_CWORD\" = 1 ]; then\n    COMPREPLY=($(compgen -W ", quoted(names),
-                         " -- \"$current\"))\n    return\n  fi\n  command=${COMP_WORDS[1]}\n")
-          : "",
+      has_commands ? absl::StrCat("  if [ \"$COMP_CWORD\" = 1 ]; then\n    COMPREPLY=($(compgen -W ",
+                                  shell_quoted(names),
+                                  " -- \"$current\"))\n    return\n  fi\n  command=${COMP_WORDS[1]}\n")
+                   : "",
       "  # Bash takes --name=value for three words.\n"
       "  if [ \"$current\" = = ]; then current=''; "
       "elif [ \"$before\" = = ]; then before=${COMP_WORDS[COMP_CWORD-2]}; fi\n"

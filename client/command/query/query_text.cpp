@@ -36,7 +36,7 @@ class Words {
   std::size_t at_ = 0, start_ = 0;
 };
 
-std::string quoted(std::string_view word) {
+std::string in_quotes(std::string_view word) {
   return absl::StrCat("'", base::printable(std::string(word.substr(0, 40))), "'");
 }
 
@@ -45,11 +45,11 @@ std::string read_number(std::string_view word, double& value) {
   if (!word.empty() && word.front() == '+') word.remove_prefix(1);
   const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), value);
   if (error == std::errc::result_out_of_range && end == word.data() + word.size())
-    return absl::StrCat(quoted(word), " is beyond what doubles hold");
+    return absl::StrCat(in_quotes(word), " is beyond what doubles hold");
   if (error != std::errc{} || end != word.data() + word.size())
-    return absl::StrCat("expected a number instead of ", quoted(word));
-  if (!std::isfinite(value)) return absl::StrCat(quoted(word), " is not a finite number");
-  if (std::abs(value) > kLargestQueryNumber) return absl::StrCat(quoted(word), " is beyond 1e18");
+    return absl::StrCat("expected a number instead of ", in_quotes(word));
+  if (!std::isfinite(value)) return absl::StrCat(in_quotes(word), " is not a finite number");
+  if (std::abs(value) > kLargestQueryNumber) return absl::StrCat(in_quotes(word), " is beyond 1e18");
   return "";
 }
 
@@ -71,11 +71,11 @@ ParsedQuery parse_query(std::string_view line, std::optional<QueryKind> kind) {
   };
   if (const std::optional<QueryKind> named = query_kind(word)) {
     if (kind && *kind != *named)
-      return wrong(absl::StrCat(quoted(word), " is not what the lines are said to be"));
+      return wrong(absl::StrCat(in_quotes(word), " is not what the lines are said to be"));
     kind = named;
     word = words.next();
   } else if (!kind) {
-    return wrong(absl::StrCat("expected ray, inside or closest instead of ", quoted(word)));
+    return wrong(absl::StrCat("expected ray, inside or closest instead of ", in_quotes(word)));
   }
   Query query;
   query.kind = *kind;
@@ -88,7 +88,7 @@ ParsedQuery parse_query(std::string_view line, std::optional<QueryKind> kind) {
   }
   if (!words.at_end()) {
     word = words.next();
-    return wrong(absl::StrCat("expected ", wanted, " numbers, and then ", quoted(word)));
+    return wrong(absl::StrCat("expected ", wanted, " numbers, and then ", in_quotes(word)));
   }
   const double* const d = query.direction;
   if (query.kind == QueryKind::kRay &&
