@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
+from tessera._values import checked
 from tessera.scene import Blob, Scene
 from tessera.v1 import camera_pb2, job_pb2, settings_pb2
 
@@ -73,6 +74,7 @@ def make_spec(
     resolution: tuple[int, int] | None = None,
 ) -> tuple[job_pb2.JobSpec, list[Blob]]:
     """The job of the scene with its settings, and the blobs that it needs, the scene's own last."""
+    checked(scene.message)
     wishes = scene.message.settings
     integrator = wishes.integrator or "path"
     if integrator not in DIRECT:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from tessera._mesh import encode_pfm
 from tessera._scene_message import SceneMessage
-from tessera._values import Vector, matrix_message, point_message, spectrum_message
+from tessera._values import Vector, checked, matrix_message, point_message, spectrum_message
 from tessera.v1 import light_pb2, value_pb2
 
 
@@ -19,7 +19,7 @@ class Lights(SceneMessage):
 
     def light(self, message: light_pb2.Light) -> None:
         """Any light of the scene language."""
-        self.message.lights.append(message)
+        self.message.lights.append(checked(message))
 
     def point_light(self, position: Vector, intensity: float | Vector) -> None:
         """`intensity`: W/sr"""

@@ -15,6 +15,7 @@ from tessera._values import (
     Material,
     Number,
     Texture,
+    checked,
     color_message,
     number_message,
     roughness_message,
@@ -50,14 +51,14 @@ class Materials(SceneMessage):
         texture = texture_pb2.CheckerboardTexture(
             even=color_message(even), odd=color_message(odd), mapping=mapping
         )
-        self.message.textures.append(texture_pb2.Texture(name=name, checkerboard=texture))
+        self.message.textures.append(checked(texture_pb2.Texture(name=name, checkerboard=texture)))
         return Texture(name)
 
     def material(self, message: material_pb2.Material) -> Material:
         """Any material of the scene language."""
         if any(other.name == message.name for other in self.message.materials):
             raise ValueError(f"there is a material '{message.name}' already")
-        self.message.materials.append(message)
+        self.message.materials.append(checked(message))
         return Material(message.name)
 
     def diffuse(self, name: str, reflectance: Color) -> Material:

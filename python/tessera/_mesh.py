@@ -55,6 +55,8 @@ def encode_pfm(pixels: npt.ArrayLike) -> bytes:
     array = np.asarray(pixels, dtype="<f4")
     if array.ndim not in (2, 3) or (array.ndim == 3 and array.shape[2] != 3) or array.size == 0:
         raise ValueError(f"expected an array of shape (height, width) or (height, width, 3), not {array.shape}")
+    if not np.isfinite(array).all():
+        raise ValueError("a picture: not all values are finite")
     kind = "PF" if array.ndim == 3 else "Pf"
     header = f"{kind}\n{array.shape[1]} {array.shape[0]}\n-1.0\n".encode()
     return header + np.ascontiguousarray(array[::-1]).tobytes()

@@ -8,7 +8,7 @@ import numpy.typing as npt
 
 from tessera._mesh import encode_mesh
 from tessera._scene_message import SceneMessage
-from tessera._values import Color, Material, Vector, matrix_message, spectrum_message, translate
+from tessera._values import Color, Material, Vector, checked, matrix_message, spectrum_message, translate
 from tessera.v1 import scene_pb2, shape_pb2, value_pb2
 
 
@@ -37,7 +37,7 @@ class Shapes(SceneMessage):
             message.area_light.texture = emission if isinstance(emission, str) else ""
             message.area_light.two_sided = two_sided
         shapes = self.message.shapes if to is None else to.shapes
-        shapes.append(message)
+        shapes.append(checked(message))
         added: shape_pb2.Shape = shapes[-1]  # a copy
         return added
 
@@ -102,6 +102,7 @@ class Shapes(SceneMessage):
         return added
 
     def instance(self, object: scene_pb2.Object, world_from_instance: npt.ArrayLike) -> None:
-        self.message.instances.append(
-            scene_pb2.Instance(object=object.name, world_from_instance=matrix_message(world_from_instance))
+        message = scene_pb2.Instance(
+            object=object.name, world_from_instance=matrix_message(world_from_instance)
         )
+        self.message.instances.append(checked(message))

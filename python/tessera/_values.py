@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NewType, Union
+from typing import Any, NewType, TypeVar, Union
 
 import numpy as np
 import numpy.typing as npt
+from google.protobuf.message import Message
 
 from tessera.v1 import blob_ref_pb2, material_pb2, value_pb2
 
@@ -33,6 +35,27 @@ class Blob:
 
     def ref(self) -> blob_ref_pb2.BlobRef:
         return blob_ref_pb2.BlobRef(digest=self.digest, size_bytes=len(self.data), path=self.path)
+
+
+AnyMessage = TypeVar("AnyMessage", bound=Message)
+
+
+def checked(message: AnyMessage) -> AnyMessage:
+    """The message, if all of its numbers are finite; else a ValueError that names the field."""
+    for place, number in _numbers(message, message.DESCRIPTOR.name):
+        if not math.isfinite(number):
+            raise ValueError(f"{place}: expected a finite number that fits into 32 bits, not {number}")
+    return message
+
+
+def _numbers(message: Message, place: str) -> Iterator[tuple[str, float]]:
+    for field, value in message.ListFields():
+        many = field.label == field.LABEL_REPEATED
+        for part in value if many else [value]:
+            if field.cpp_type == field.CPPTYPE_MESSAGE:
+                yield from _numbers(part, f"{place}.{field.name}")
+            elif field.cpp_type in (field.CPPTYPE_FLOAT, field.CPPTYPE_DOUBLE):
+                yield f"{place}.{field.name}", part
 
 
 def spectrum_message(color: float | Vector) -> value_pb2.Spectrum:

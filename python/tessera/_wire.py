@@ -15,6 +15,7 @@ from typing import Any
 
 import grpc
 
+from tessera._values import Blob
 from tessera.v1 import blob_pb2, farm_pb2
 
 # proto/wire/limits.h
@@ -71,6 +72,11 @@ _REFUSALS = {
 }
 
 
+# The stored part of a blob does not fit what is sent: the next attempt asks anew where it ends.
+_MISFITS = {grpc.StatusCode.DATA_LOSS, grpc.StatusCode.OUT_OF_RANGE}
+_MAX_MISFITS = 3
+
+
 def _error_of(error: Any, call: str) -> TesseraError:
     text = f"{call}: {error.details()}"
     if error.code() == grpc.StatusCode.NOT_FOUND:
@@ -80,6 +86,18 @@ def _error_of(error: Any, call: str) -> TesseraError:
     if error.code() in _TRANSIENT:
         return Unreachable(text)
     return TesseraError(text)
+
+
+def _pieces(blob: Blob, offset: int) -> Iterator[blob_pb2.UploadRequest]:
+    request = blob_pb2.UploadRequest(blob=blob.ref(), offset=offset)
+    # An empty blob, or one whose last byte is stored but not verified, still takes one message.
+    while True:
+        request.data = blob.data[offset : offset + BLOB_CHUNK_BYTES]
+        yield request
+        offset += BLOB_CHUNK_BYTES
+        if offset >= len(blob.data):
+            return
+        request = blob_pb2.UploadRequest()
 
 
 def _is_loopback(address: str) -> bool:
@@ -138,13 +156,29 @@ class Connection:
         method = self._method("unary_unary", service, name)
         return self.retried(lambda: method(request, timeout=timeout), f"{name} at {self.address}")
 
-    def upload(self, requests: Iterator[blob_pb2.UploadRequest]) -> None:
-        """One attempt. TesseraError, of which `__cause__` has the code, when it does not succeed."""
-        try:
-            self._method("stream_unary", "BlobService", "Upload")(requests, timeout=600)
-        except grpc.RpcError as error:
-            if error.code() != grpc.StatusCode.ALREADY_EXISTS:
-                raise _error_of(error, f"Upload at {self.address}") from error
+    def upload(self, blob: Blob) -> None:
+        """Sends what the coordinator lacks of the blob. While another client, or another thread, sends the same
+        one, its end is waited for: patience begins anew whenever more of the blob is there."""
+        misfits, stored = 0, 0
+
+        def attempt() -> None:
+            nonlocal misfits, stored
+            query = blob_pb2.QueryUploadRequest(blob=blob.ref())
+            answer = self._method("unary_unary", "BlobService", "QueryUpload")(query, timeout=30)
+            stored = answer.stored_bytes
+            if answer.complete:
+                return
+            try:
+                self._method("stream_unary", "BlobService", "Upload")(_pieces(blob, stored), timeout=600)
+            except grpc.RpcError as error:
+                if error.code() == grpc.StatusCode.ALREADY_EXISTS:
+                    return
+                misfits += error.code() in _MISFITS
+                if error.code() not in _MISFITS or misfits == _MAX_MISFITS:
+                    raise
+                attempt()
+
+        self.retried(attempt, f"Upload at {self.address}", lambda: stored)
 
     def retried_stream(self, service: str, name: str, request: Any) -> Iterator[Any]:
         """The answers to a request that has `after`, the sequence number of the last result that is there:
@@ -170,15 +204,21 @@ class Connection:
             time.sleep(random.uniform(bound / 2, bound))
             bound = min(2 * bound, 1.0)
 
-    def retried(self, attempt: Callable[[], Any], call: str) -> Any:
-        """Repeats `attempt` until it succeeds, fails for good, or patience is at an end."""
+    def retried(
+        self, attempt: Callable[[], Any], call: str, progress: Callable[[], int] = lambda: 0
+    ) -> Any:
+        """Repeats `attempt` until it succeeds, fails for good, or patience is at an end, which it has not been
+        since `progress` last changed."""
         end = time.monotonic() + self.patience
         bound = 0.1
+        reached = progress()
         while True:
             try:
                 return attempt()
             except grpc.RpcError as error:
                 failure, cause = _error_of(error, call), error
+            if progress() != reached:
+                reached, end = progress(), time.monotonic() + self.patience
             if not isinstance(failure, Unreachable) or time.monotonic() >= end:
                 raise failure from cause
             time.sleep(random.uniform(bound / 2, bound))

@@ -16,7 +16,6 @@ from types import TracebackType
 
 from tessera import _job
 from tessera._wire import (
-    BLOB_CHUNK_BYTES,
     MAX_FIND_MISSING,
     Connection,
     JobFailed,
@@ -226,7 +225,7 @@ class Farm:
         self.address = address or os.environ.get("TESSERA_SERVER") or "127.0.0.1:7070"
         self._tls = tls or os.environ.get("TESSERA_TLS") or None
         self._allow_insecure = allow_insecure
-        self.user = user or getpass.getuser()
+        self.user = user or _user_name()
         self._program = str(program) if program else None
         self._connection = Connection(self.address, self._tls, allow_insecure, patience)
 
@@ -329,32 +328,14 @@ class Farm:
             request = blob_pb2.FindMissingRequest(blobs=refs[begin : begin + MAX_FIND_MISSING])
             answer = self._connection.call("BlobService", "FindMissing", request)
             for ref in answer.missing:
-                self._upload_blob(by_digest[ref.digest])
-
-    def _upload_blob(self, blob: Blob, attempts: int = 3) -> None:
-        """Goes on where the coordinator's part of the blob ends."""
-        for attempt in range(attempts):
-            query = blob_pb2.QueryUploadRequest(blob=blob.ref())
-            stored = self._connection.call("BlobService", "QueryUpload", query)
-            if stored.complete:
-                return
-            try:
-                return self._connection.upload(_pieces(blob, stored.stored_bytes))
-            except TesseraError:
-                if attempt + 1 == attempts:
-                    raise
+                self._connection.upload(by_digest[ref.digest])
 
 
-def _pieces(blob: Blob, offset: int) -> Iterator[blob_pb2.UploadRequest]:
-    request = blob_pb2.UploadRequest(blob=blob.ref(), offset=offset)
-    # An empty blob, or one whose last byte is stored but not verified, still takes one message.
-    while True:
-        request.data = blob.data[offset : offset + BLOB_CHUNK_BYTES]
-        yield request
-        offset += BLOB_CHUNK_BYTES
-        if offset >= len(blob.data):
-            return
-        request = blob_pb2.UploadRequest()
+def _user_name() -> str:
+    try:
+        return getpass.getuser()
+    except (ImportError, KeyError, OSError):  # no such user, as in a container: another one by version
+        return f"uid-{os.geteuid()}"
 
 
 def _words(

@@ -15,7 +15,7 @@ from google.protobuf import text_format
 from tessera._lights import Lights
 from tessera._materials import Materials
 from tessera._shapes import Shapes
-from tessera._values import Blob, Material, Texture, look_at, matrix_message, translate
+from tessera._values import Blob, Material, Texture, checked, look_at, matrix_message, translate
 from tessera.v1 import blob_ref_pb2, camera_pb2, scene_pb2, settings_pb2, value_pb2
 
 __all__ = ["Blob", "Material", "Scene", "Texture", "look_at", "translate"]
@@ -36,10 +36,11 @@ class Scene(Materials, Shapes, Lights):
     ) -> None:
         """A perspective camera (`look_at`); `fov` is across the film's shorter side. Camera space has x to
         the right, y up, and z into the scene."""
-        self.message.camera.perspective.fov_degrees = fov
-        self.message.camera.perspective.lens_radius = lens_radius
-        self.message.camera.perspective.focal_distance = focal_distance
-        self._place_camera(world_from_camera, clip)
+        camera = self._camera()
+        camera.perspective.fov_degrees = fov
+        camera.perspective.lens_radius = lens_radius
+        camera.perspective.focal_distance = focal_distance
+        self._place_camera(camera, world_from_camera, clip)
 
     def orthographic_camera(
         self,
@@ -48,14 +49,23 @@ class Scene(Materials, Shapes, Lights):
         clip: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """Parallel rays through x_min, x_max, y_min, y_max of camera space."""
-        self.message.camera.orthographic.SetInParent()
-        self.message.camera.screen_window[:] = screen_window
-        self._place_camera(world_from_camera, clip)
+        camera = self._camera()
+        camera.orthographic.SetInParent()
+        camera.screen_window[:] = screen_window
+        self._place_camera(camera, world_from_camera, clip)
 
-    def _place_camera(self, world_from_camera: npt.ArrayLike, clip: tuple[float, float]) -> None:
-        camera = self.message.camera
+    def _camera(self) -> camera_pb2.Camera:
+        """A copy of the camera so far."""
+        camera = camera_pb2.Camera()
+        camera.CopyFrom(self.message.camera)
+        return camera
+
+    def _place_camera(
+        self, camera: camera_pb2.Camera, world_from_camera: npt.ArrayLike, clip: tuple[float, float]
+    ) -> None:
         camera.world_from_camera.CopyFrom(matrix_message(world_from_camera) or value_pb2.Matrix())
         camera.near_clip, camera.far_clip = clip
+        self.message.camera.CopyFrom(checked(camera))
 
     def film(
         self, width: int, height: int, filter: str = "box", exposure: float | None = None
@@ -63,10 +73,13 @@ class Scene(Materials, Shapes, Lights):
         """Size in pixels; `filter`: box, triangle, gaussian, mitchell or lanczos."""
         if filter not in _FILTERS:
             raise ValueError(f"there is no filter '{filter}'; there are {', '.join(_FILTERS)}")
-        self.message.film.width, self.message.film.height = width, height
-        self.message.film.filter.kind = _FILTERS[filter]
+        film = camera_pb2.Film()
+        film.CopyFrom(self.message.film)
+        film.width, film.height = width, height
+        film.filter.kind = _FILTERS[filter]
         if exposure is not None:
-            self.message.film.exposure = exposure
+            film.exposure = exposure
+        self.message.film.CopyFrom(checked(film))
 
     @property
     def settings(self) -> settings_pb2.RenderSettings:
@@ -78,6 +91,7 @@ class Scene(Materials, Shapes, Lights):
         path = Path(path)
         folder = path.with_suffix(".blobs")
         folder.mkdir(parents=True, exist_ok=True)
+        checked(self.message)
         names = {}
         for blob in self.blobs.values():
             names[blob.digest] = f"{folder.name}/{blob.digest[:16]}{Path(blob.path).suffix}"

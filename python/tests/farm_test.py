@@ -10,6 +10,8 @@ import queue
 import tempfile
 import threading
 import unittest
+import unittest.mock
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -17,7 +19,7 @@ import tessera
 from farm_under_test import FarmUnderTest, read_exr, small_scene
 from tessera import _job
 from tessera.results import Assembler, decode_tile
-from tessera.v1 import job_pb2
+from tessera.v1 import blob_pb2, job_pb2
 
 
 class FarmTest(unittest.TestCase):
@@ -121,6 +123,34 @@ class FarmTest(unittest.TestCase):
             first.progress
         with self.assertRaises(tessera.NotFound):
             self.farm.job("no such job")
+
+    def test_one_scene_may_be_submitted_by_many_at_once(self) -> None:
+        """One client has begun to send the scene's blobs, and holds the rest back until the other has been told
+        three times that they are being uploaded."""
+        scene = small_scene()
+        scene.settings.seed = 77
+        _, blobs = _job.make_spec(scene, "tester")
+        own = blobs[-1]
+        others_waits = threading.Semaphore(0)
+
+        def held_back() -> Iterator[blob_pb2.UploadRequest]:
+            yield blob_pb2.UploadRequest(blob=own.ref(), data=own.data[:1])
+            for _ in range(3):
+                others_waits.acquire()
+            yield blob_pb2.UploadRequest(data=own.data[1:])
+
+        with self.under_test.connect() as other:
+            upload = other._connection._method("stream_unary", "BlobService", "Upload").future(held_back())
+            query = blob_pb2.QueryUploadRequest(blob=own.ref())
+            while not other._connection.call("BlobService", "QueryUpload", query).stored_bytes:
+                pass
+            try:
+                with unittest.mock.patch("tessera._wire.time.sleep", lambda _: others_waits.release()):
+                    job = self.farm.submit(scene)
+            finally:
+                others_waits.release(3)
+            upload.result()
+        self.assertEqual(job.wait().state, "done")
 
     def test_errors_are_named(self) -> None:
         with self.assertRaisesRegex(ValueError, "there is no AOV 'colour'"):

@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 import tessera
 from farm_under_test import PROGRAM, small_scene
+from tessera import _job
 from tessera._mesh import encode_mesh, encode_pfm
 
 
@@ -51,6 +52,34 @@ class SceneTest(unittest.TestCase):
             scene.film(8, 8, filter="square")
         with self.assertRaisesRegex(ValueError, "4 x 4"):
             scene.camera(np.eye(3))
+
+    def test_numbers_that_are_none_are_refused_at_once(self) -> None:
+        nan = float("nan")
+        scene = tessera.Scene()
+        square = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
+        for call, place in (
+            (lambda: scene.sphere(nan), "Shape.sphere.radius"),
+            (lambda: scene.box((0, 0, nan), (1, 1, 1)), "Shape.box.low"),
+            (lambda: scene.rectangle(square, emission=nan), "Shape.area_light.radiance.constant"),
+            (lambda: scene.diffuse("paint", (0.5, nan, 0.5)), "Material.diffuse.reflectance.constant.rgb.g"),
+            (lambda: scene.principled("car", ior=float("inf")), "Material.principled.eta"),
+            (lambda: scene.principled("car", roughness=1e39), "Material.principled.roughness.constant"),
+            (lambda: scene.checkerboard("tiles", 0.1, 0.2, (nan, 1)), "mapping.scale_u"),
+            (lambda: scene.point_light((0, nan, 0), 1), "Light.point.position.y"),
+            (lambda: scene.spot_light((0, 1, 0), (0, 0, 0), 1, cone_angle=nan), "cone_angle_degrees"),
+            (lambda: scene.environment(1, scale=nan), "Light.infinite.scale"),
+            (lambda: scene.environment(np.full((2, 4, 3), np.nan)), "not all values are finite"),
+            (lambda: scene.camera(np.eye(4), fov=nan), "Camera.perspective.fov_degrees"),
+            (lambda: scene.camera(np.eye(4), clip=(nan, 1)), "Camera.near_clip"),
+            (lambda: scene.film(8, 8, exposure=nan), "Film.exposure"),
+        ):
+            with self.subTest(place), self.assertRaisesRegex(ValueError, place):
+                call()
+        self.assertEqual(scene.message, tessera.Scene().message, "and nothing of them is left")
+        scene = small_scene()
+        scene.settings.noise = nan
+        with self.assertRaisesRegex(ValueError, "Scene.settings.noise"):
+            _job.make_spec(scene, "tester")
 
     def test_a_lamp_of_known_power_lights_a_floor(self) -> None:
         """Irradiance of a distant light, and of a lamp: the radiance of white paint is that over pi."""
