@@ -15,6 +15,7 @@ for folder in os.environ["PYTHONPATH"].split(":"):
     sys.path.insert(0, folder)
 
 import tessera_blender  # noqa: E402
+from tessera_blender.materials import input_of  # noqa: E402
 
 engine, image, lamps = (sys.argv[sys.argv.index("--") + 1 :] + ["all"])[:3]
 
@@ -23,7 +24,8 @@ def principled(name: str, **inputs: object) -> bpy.types.Material:
     material = bpy.data.materials.new(name)
     material.use_nodes = True
     for key, value in inputs.items():
-        material.node_tree.nodes["Principled BSDF"].inputs[key.replace("_", " ")].default_value = value
+        node = material.node_tree.nodes["Principled BSDF"]
+        input_of(node, key.replace("_", " ")).default_value = value
     return material
 
 

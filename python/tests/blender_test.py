@@ -5,11 +5,47 @@ from __future__ import annotations
 import os
 import re
 import subprocess
+import tempfile
 import unittest
 from pathlib import Path
 
 import numpy as np
 from farm_under_test import FarmUnderTest, read_exr
+
+
+# Debian's, or a program that starts another version.
+BLENDER = os.environ.get("TESSERA_BLENDER", "blender")
+
+
+def run_blender(case: unittest.TestCase, script: str, *words: str, **environment: str) -> str:
+    """What a script of this folder prints."""
+    path = Path(__file__).parent / script
+    command = [BLENDER, "-b", "--factory-startup", "--python-exit-code", "3", "-P", str(path), "--", *words]
+    ran = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=False)
+    case.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)
+    case.assertNotIn("Error", ran.stdout)
+    return ran.stdout
+
+
+class LossesTest(unittest.TestCase):
+    def test_all_that_is_left_out_is_named_once(self) -> None:
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder) / "scene.textproto"
+            told = run_blender(self, "blender_losses.py", str(file))
+            shapes = re.findall(r"shapes \{.*?name: \"(.*?)\"", file.read_text(), re.DOTALL)
+        warnings = [line[9:] for line in told.splitlines() if line.startswith("warning: ")]
+        self.assertEqual(
+            sorted(warnings),
+            [
+                "lamp Light: its sphere is seen, and throws shadows of other lamps",
+                "material fog: its volume is left out",
+                "object Cube: motion blur is left out",
+                "object ball: motion blur is left out",
+                "object cloud: it is a volume alone, and is left out",
+                "object lawn: hair of 'grass' is left out",
+            ],
+        )
+        self.assertEqual(sorted(shapes), ["Cube", "Light", "ball", "lawn"])
 
 
 class BlenderTest(unittest.TestCase):
@@ -22,15 +58,8 @@ class BlenderTest(unittest.TestCase):
         cls.under_test.__exit__(None, None, None)
 
     def blender(self, *words: str) -> str:
-        script = Path(__file__).parent / "blender_scene.py"
-        command = ["blender", "-b", "--factory-startup", "--python-exit-code", "3", "-P", str(script), "--"]
-        environment = {**os.environ, "TESSERA_SERVER": self.under_test._address}
-        ran = subprocess.run(
-            command + list(words), env=environment, capture_output=True, text=True, check=False
-        )
-        self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)
-        self.assertNotIn("Error", ran.stdout)
-        return ran.stdout
+        address = self.under_test._address
+        return run_blender(self, "blender_scene.py", *words, TESSERA_SERVER=address)
 
     def rendered(self, engine: str, lamps: str = "all") -> np.ndarray:
         image = self.under_test.path / f"{engine}-{lamps}.exr"

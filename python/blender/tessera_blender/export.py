@@ -32,6 +32,28 @@ def _key_of(thing: tuple[tuple[str, tuple[int, ...]], Any, Any]) -> tuple[str, t
     return thing[0]
 
 
+# Modifiers whose outcome changes from frame to frame.
+_MOVERS = {"ARMATURE", "BUILD", "CLOTH", "DYNAMIC_PAINT", "EXPLODE", "FLUID", "MESH_SEQUENCE_CACHE"}
+_MOVERS |= {"OCEAN", "SOFT_BODY", "SURFACE", "WAVE"}
+
+
+def _is_animated(data: Any) -> bool:
+    animation = getattr(data, "animation_data", None)
+    return animation is not None and bool(animation.action or animation.drivers or animation.nla_tracks)
+
+
+def _moves(thing: Any) -> bool:
+    """Whether the object may move or change its shape while the shutter is open."""
+    above = thing
+    while above is not None:
+        if _is_animated(above) or above.constraints or above.rigid_body:
+            return True
+        above = above.parent
+    keys = getattr(thing.data, "shape_keys", None)
+    movers = any(modifier.type in _MOVERS for modifier in thing.modifiers)
+    return movers or _is_animated(thing.data) or _is_animated(keys)
+
+
 class Exporter:
     """One export. `warnings` has what was left out, a sentence each."""
 
@@ -61,6 +83,7 @@ class Exporter:
             thing = instance.object
             if not instance.show_self:
                 continue
+            self._name_losses(thing)
             key = (thing.name, tuple(instance.persistent_id) if instance.is_instance else ())
             if thing.type in _SURFACES:
                 yield key, _array(instance.matrix_world), [(thing.name, *part) for part in self._parts(thing)]
@@ -68,6 +91,16 @@ class Exporter:
                 yield key, _array(instance.matrix_world), thing
             elif thing.type in {"VOLUME", "CURVES", "POINTCLOUD"}:
                 self._materials.warn(f"object {thing.name}: {thing.type.lower()} is left out")
+
+    def _name_losses(self, thing: Any) -> None:
+        """Names what of the object has no counterpart, once for each."""
+        for system in getattr(thing, "particle_systems", ()):
+            shown = system.settings.render_type
+            if shown not in {"OBJECT", "COLLECTION", "NONE"}:
+                what = "hair" if system.settings.type == "HAIR" else f"particles as {shown.lower()}"
+                self._materials.warn(f"object {thing.name}: {what} of '{system.name}' is left out")
+        if self._blender.render.use_motion_blur and _moves(thing):
+            self._materials.warn(f"object {thing.name}: motion blur is left out")
 
     # ---- camera and film
 
@@ -95,6 +128,7 @@ class Exporter:
         camera = self._blender.camera
         if camera is None:
             raise ValueError("the scene has no camera")
+        self._name_losses(camera)
         data, render, (width, height) = camera.data, self._blender.render, self.resolution
         projection = _array(
             camera.calc_matrix_camera(
@@ -206,6 +240,7 @@ class Exporter:
         elif data.type == "POINT":
             if data.shadow_soft_size > 0:
                 radiance = power / (4 * math.pi**2 * data.shadow_soft_size**2)
+                self._materials.warn(f"lamp {lamp.name}: its sphere is seen, and throws shadows of other lamps")
                 self.scene.sphere(data.shadow_soft_size, position, self._black(), radiance, name=lamp.name)
             else:
                 self.scene.point_light(position, power / (4 * math.pi))
@@ -252,6 +287,9 @@ class Exporter:
     def _surface(self, parts: list[tuple[str, Any, dict[str, Any]]], place: Any) -> None:
         for name, material, arrays in parts:
             surface = self._materials.surface(material)
+            if not surface.is_seen:
+                self._materials.warn(f"object {name}: it is a volume alone, and is left out")
+                continue
             self.scene.mesh(
                 material=surface.material,
                 emission=surface.emission,
@@ -278,14 +316,17 @@ class Exporter:
 
     def _split(self, mesh: Any, evaluated: Any) -> list[tuple[Any, dict[str, Any]]]:
         mesh.calc_loop_triangles()
-        mesh.calc_normals_split()
         triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
         positions = np.empty(3 * len(mesh.vertices), np.float32)
         mesh.vertices.foreach_get("co", positions)
         vertex_of = np.empty(loop_count, np.int32)
         mesh.loops.foreach_get("vertex_index", vertex_of)
         normals = np.empty(3 * loop_count, np.float32)
-        mesh.loops.foreach_get("normal", normals)
+        if hasattr(mesh, "calc_normals_split"):  # before Blender 4.1
+            mesh.calc_normals_split()
+            mesh.loops.foreach_get("normal", normals)
+        else:
+            mesh.corner_normals.foreach_get("vector", normals)
         loops = np.empty(3 * triangle_count, np.int32)
         mesh.loop_triangles.foreach_get("loops", loops)
         slots = np.empty(triangle_count, np.int32)

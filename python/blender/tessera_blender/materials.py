@@ -10,12 +10,32 @@ import numpy as np
 from tessera import Material, Scene, Texture
 
 
-class Surface:
-    """The meaning of a material slot: how the surface scatters, and the radiance that it emits, if any."""
+# Names of inputs since Blender 4.0.
+_NEW_NAMES = {
+    "Subsurface": "Subsurface Weight",
+    "Specular": "Specular IOR Level",
+    "Transmission": "Transmission Weight",
+    "Clearcoat": "Coat Weight",
+    "Clearcoat Roughness": "Coat Roughness",
+    "Sheen": "Sheen Weight",
+    "Emission": "Emission Color",
+}
 
-    def __init__(self, material: Material | None, emission: Any = None) -> None:
+
+class Surface:
+    """The meaning of a material slot: how the surface scatters, and the radiance that it emits, if any;
+    `is_seen`: there is a surface at all."""
+
+    def __init__(self, material: Material | None, emission: Any = None, is_seen: bool = True) -> None:
         self.material = material
         self.emission = emission
+        self.is_seen = is_seen
+
+
+def input_of(node: Any, name: str) -> Any:
+    """The node's input, by its name in Blender 3.4."""
+    new = _NEW_NAMES.get(name, name)
+    return node.inputs[new if new in node.inputs else name]
 
 
 def _linear(encoded: Any) -> Any:
@@ -52,6 +72,8 @@ class Materials:
             if output.inputs[socket].is_linked:
                 self.warn(f"material {material.name}: its {socket.lower()} is left out")
         surface = output.inputs["Surface"]
+        if not surface.is_linked and output.inputs["Volume"].is_linked:
+            return Surface(None, is_seen=False)
         if not surface.is_linked:
             return Surface(self._scene.diffuse(material.name, 0.0))
         return self._shader(material, surface.links[0].from_node, material.name)
@@ -85,21 +107,34 @@ class Materials:
             base_color=self._color(material, node, "Base Color"),
             roughness=value("Roughness"),
             metallic=value("Metallic"),
-            specular=None if clear else value("Specular"),
+            specular=None if clear else self._specular(material, node),
             ior=float(node.inputs["IOR"].default_value) if clear else None,
             transmission=transmission,
             clearcoat=value("Clearcoat"),
-            clearcoat_gloss=1.0 - float(node.inputs["Clearcoat Roughness"].default_value),
+            clearcoat_gloss=1.0 - float(input_of(node, "Clearcoat Roughness").default_value),
             sheen=value("Sheen"),
             opacity=self._opacity(material, node),
         )
         for socket in ("Subsurface", "Anisotropic"):
-            if node.inputs[socket].is_linked or node.inputs[socket].default_value:
+            if input_of(node, socket).is_linked or input_of(node, socket).default_value:
                 self.warn(f"material {material.name}: {socket.lower()} of '{node.name}' is left out")
         self._bend(material, node, name)
         strength = float(node.inputs["Emission Strength"].default_value)
         emission = self._color(material, node, "Emission") if strength else None
         return Surface(made, self._radiance(material, emission, strength))
+
+    def _specular(self, material: Any, node: Any) -> Any:
+        """Burley's: reflectance along the normal over 0.08. Since Blender 4.0 that of the IOR is scaled."""
+        level = self._value(material, node, "Specular")
+        if "Specular IOR Level" not in node.inputs:
+            return level
+        ior = float(node.inputs["IOR"].default_value)
+        scale = 25 * ((ior - 1) / (ior + 1)) ** 2
+        if isinstance(level, str):
+            if abs(scale - 1) > 0.01:
+                self.warn(f"material {material.name}: a textured specular level is of IOR 1.5")
+            return level
+        return scale * level
 
     def _diffuse(self, material: Any, node: Any, name: str) -> Surface:
         if node.inputs["Roughness"].is_linked or node.inputs["Roughness"].default_value:
@@ -148,17 +183,17 @@ class Materials:
 
     def _value(self, material: Any, node: Any, socket: str) -> Any:
         found = self._linked(material, node, socket)
-        return float(node.inputs[socket].default_value) if found is None else found
+        return float(input_of(node, socket).default_value) if found is None else found
 
     def _color(self, material: Any, node: Any, socket: str) -> Any:
         found = self._linked(material, node, socket)
-        return list(node.inputs[socket].default_value)[:3] if found is None else found
+        return list(input_of(node, socket).default_value)[:3] if found is None else found
 
     def _linked(self, material: Any, node: Any, socket: str) -> Any:
         """The node that is linked to the socket, if that is known; else a warning, and the socket's own value."""
-        if not node.inputs[socket].is_linked:
+        if not input_of(node, socket).is_linked:
             return None
-        source = node.inputs[socket].links[0].from_node
+        source = input_of(node, socket).links[0].from_node
         if source.type == "TEX_IMAGE" and source.image is not None:
             if source.inputs["Vector"].is_linked and source.inputs["Vector"].links[0].from_node.type != "UVMAP":
                 self.warn(f"material {material.name}: the mapping of '{source.name}' is left out")
