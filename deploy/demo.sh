@@ -14,7 +14,7 @@ case "${1:-}" in
 esac
 
 "$top/deploy/setup.sh"
-build release tessera tessera-server tessera-worker
+build release programs
 bin=$top/build/release/bin
 
 state=$(mktemp -d)

@@ -75,8 +75,8 @@ function(tessera_library name)
   tessera_in_batches(${name})
 endfunction()
 
-# tessera_program(NAME main.cpp DEPENDS targets... [PRECOMPILED set]): a program; its main() is NAME-main, for
-# programs that add to it.
+# tessera_program(NAME main.cpp DEPENDS targets... [PRECOMPILED set]): a program, to be installed; its main()
+# is NAME-main, for programs that add to it.
 function(tessera_program name main)
   cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_library(${name}-main OBJECT ${main})
@@ -84,6 +84,7 @@ function(tessera_program name main)
   tessera_precompiled(${name}-main "${arg_PRECOMPILED}" "")
   add_executable(${name})
   target_link_libraries(${name} PRIVATE ${name}-main)
+  tessera_installed_program(${name})
 endfunction()
 
 # The environment of every test, and of all that it starts.

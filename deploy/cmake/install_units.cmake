@@ -1,0 +1,10 @@
+# At installation: systemd's units, with the programs of the prefix in place of /usr/local.
+get_filename_component(units ${CMAKE_CURRENT_LIST_DIR}/../systemd ABSOLUTE)
+foreach(unit tessera-server.service tessera-worker.service)
+  set(installed ${CMAKE_INSTALL_PREFIX}/lib/systemd/system/${unit})
+  message(STATUS "Installing: $ENV{DESTDIR}${installed}")
+  file(READ ${units}/${unit} text)
+  string(REPLACE "ExecStart=/usr/local/" "ExecStart=${CMAKE_INSTALL_PREFIX}/" text "${text}")
+  file(WRITE "$ENV{DESTDIR}${installed}" "${text}")
+  list(APPEND CMAKE_INSTALL_MANIFEST_FILES "${installed}")
+endforeach()
