@@ -221,7 +221,7 @@ void add_estimate_command(CommandLine& line) {
   command.group("Computation");
   command.add("--threads", options->render.threads, "parts rendered at once")
       .in_range(1, 1024)
-      .with_default();
+      .with_default("one a hardware thread");
   command.group("Output");
   command.add_flag("--quiet", options->render.quiet, "no progress, no warnings");
   command.example("tessera estimate scene.pbrt --noise 0.02 --spp 4096 --price 0.04");

@@ -195,8 +195,7 @@ void add_query_command(CommandLine& line) {
   options->scene.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   Command command = line.add_command(
       "query", "Ask where rays meet a scene, what points are in, and how its meshes are made");
-  command.add("SCENE", options->scene.scene, "the scene: .pbrt, .xml (Mitsuba), .textproto or .tsb")
-      .required();
+  command.add("SCENE", options->scene.scene, absl::StrCat("the scene: ", kSceneFiles).c_str()).required();
   command.group("Questions");
   add_query(command, "--ray", QueryKind::kRay, *options, "all places where a ray crosses a surface",
             "OX,OY,OZ,DX,DY,DZ");
@@ -246,7 +245,7 @@ void add_query_command(CommandLine& line) {
       .type_name("NAME=VALUE");
   command.add("--threads", options->scene.threads, "queries answered at once")
       .in_range(1, 1024)
-      .with_default();
+      .with_default("one a hardware thread");
   command.group("Output");
   command
       .add_read_by(

@@ -45,7 +45,7 @@ int write_radiosity(RenderOptions options, Interrupt& interrupt) {
 void add_radiosity_command(CommandLine& line) {
   auto options = std::make_shared<RenderOptions>();
   Command command = line.add_command("radiosity", "Write the light of a scene's surfaces as a mesh");
-  command.add("SCENE", options->scene, "the scene: .pbrt, .xml (Mitsuba), .textproto or .tsb").required();
+  command.add("SCENE", options->scene, absl::StrCat("the scene: ", kSceneFiles).c_str()).required();
   command.group("Mesh");
   command.add("-o,--output", options->output, "the mesh: .ply (W/m^2) or .glb (COLOR_0)")
       .type_name("FILE")

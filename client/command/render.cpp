@@ -227,7 +227,9 @@ void add_render_command(CommandLine& line) {
   define_frame_options(command, *options);
   options->threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
   command.group("Computation");
-  command.add("--threads", options->threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.add("--threads", options->threads, "tiles rendered at once")
+      .in_range(1, 1024)
+      .with_default("one a hardware thread");
   command.option("--isa").one_of(local_isas());
   command.group("Output");
   command

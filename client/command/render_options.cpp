@@ -12,7 +12,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "base/cpu_time.h"
+#include "base/nearest_name.h"
 #include "command/exit_code.h"
 #include "command/gltf_choice.h"
 #include "command/own_options.h"
@@ -62,8 +64,12 @@ void set_roots(v1::ImplicitSurface::Roots roots, v1::Scene& scene) {
 }
 
 std::string check_integrator(const std::string& name) {
-  if (name == kAutoIntegrator) return "";
-  return std::string{wire::check_algorithm_name(name).message()};
+  if (name == kAutoIntegrator || wire::find_algorithm(name) != nullptr) return "";
+  std::vector<std::string> names;
+  for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) names.emplace_back(algorithm.name);
+  names.emplace_back(kAutoIntegrator);
+  return absl::StrCat("there is no integrator '", name, "'", base::did_you_mean(name, names),
+                      "; there is: ", absl::StrJoin(names, ", "));
 }
 
 std::vector<options::Choice> integrators() {
@@ -101,8 +107,7 @@ ImportOptions import_options(const RenderOptions& options) {
 }
 
 void define_render_options(options::Command& command, RenderOptions& options) {
-  command.add("SCENE", options.scene, "the scene: .pbrt, .xml (Mitsuba), .gltf, .glb, .textproto or .tsb")
-      .required();
+  command.add("SCENE", options.scene, absl::StrCat("the scene: ", kSceneFiles).c_str()).required();
   command.group("Image");
   command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)")
       .type_name("FILE");
@@ -251,9 +256,6 @@ std::vector<std::string> LoadedJob::warning_lines() const {
   return lines;
 }
 
-namespace {
-
-/// Frames a second: as asked for, or of the scene's own animation, or 24.
 Rational frame_rate(const RenderOptions& options, const v1::Scene& scene) {
   if (options.frames.rate) return *options.frames.rate;
   const double own = scene.animation().frames_per_second();
@@ -262,6 +264,8 @@ Rational frame_rate(const RenderOptions& options, const v1::Scene& scene) {
   return own == std::floor(own) ? Rational{static_cast<std::int32_t>(own), 1}
                                 : Rational{static_cast<std::int32_t>(std::lround(own * 1000)), 1000};
 }
+
+namespace {
 
 /// The job as the options and the scene ask for it.
 absl::StatusOr<ChosenJob> prepare(const RenderOptions& options, const ImportedScene& imported,
@@ -330,6 +334,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   loaded->imported = *std::move(imported);
   if (options.origin && !*options.origin) *options.origin = camera_place(loaded->imported.scene);
   loaded->rate = frame_rate(options, loaded->imported.scene);
+  if (options.frames.scene_rate) *options.frames.scene_rate = loaded->rate;
   if (options.frame) {
     if (const absl::Status status =
             pose_at_frame(static_cast<double>(*options.frame), loaded->imported.scene);

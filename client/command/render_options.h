@@ -22,6 +22,8 @@ struct FrameOptions {
   std::vector<std::int64_t> frames;
   FrameOrder order = FrameOrder::kForward;
   std::optional<Rational> rate;  // frames a second
+  // The scene's own: load_job() puts it there, where there is room for it.
+  std::shared_ptr<std::optional<Rational>> scene_rate = nullptr;
   bool skip_existing = false;
   std::string preview_video;  // a file; empty: none
 };
@@ -55,6 +57,9 @@ void define_job_options(options::Command& command, RenderOptions& options);
 
 /// How the scene is to be read.
 ImportOptions import_options(const RenderOptions& options);
+
+/// Frames a second: as asked for, or of the scene's own animation, or 24.
+Rational frame_rate(const RenderOptions& options, const v1::Scene& scene);
 
 /// World space; the origin where the camera was not moved.
 v1::Point3 camera_place(const v1::Scene& scene);

@@ -21,6 +21,9 @@ class JobCalls {
   struct Reuse {
     std::string continued;  // this job's; empty: those of whichever job has most of them
     bool fresh = false;     // nobody's
+    // Of the submission: with one that the user has given before, the answer is the job of then, as long as
+    // it is kept. Empty: a new one.
+    std::string request_id = {};
   };
   /// Returns the job's id. FailedPrecondition when blobs are missing, or the job is not one to continue with
   /// this spec; NotFound when there is none.

@@ -19,6 +19,10 @@ struct ImportOptions {
   GltfOptions gltf = {};
 };
 
+/// Endings of scene files, for people.
+inline constexpr char kSceneFiles[] =
+    ".pbrt, .xml (Mitsuba), .gltf, .glb, .obj, .stl, .fbx, .dae, .textproto or .tsb";
+
 /// Imports a scene by the ending of its name: .pbrt, .pbrt.gz (pbrt-v4), .xml (Mitsuba 3), .gltf, .glb
 /// (glTF 2.0), .obj, .stl, .fbx, .dae (by Assimp, where its module is), .textproto, .pbtxt (a Scene in text
 /// form), .tsb (a serialized Scene).

@@ -68,7 +68,7 @@ absl::Status wait_for_cause(std::stop_token stop) {
 absl::StatusOr<std::string> LocalCalls::submit(const v1::JobSpec& spec, const Reuse& reuse,
                                                std::stop_token stop) {
   v1::SubmitJobRequest request;
-  request.set_request_id(make_request_id());
+  request.set_request_id(reuse.request_id.empty() ? make_request_id() : reuse.request_id);
   *request.mutable_spec() = spec;
   request.set_continued(reuse.continued);
   request.set_fresh(reuse.fresh);

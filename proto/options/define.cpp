@@ -98,6 +98,11 @@ Option Option::with_default() {
   return *this;
 }
 
+Option Option::with_default(const char* meaning) {
+  spec_->shown_default = meaning;
+  return *this;
+}
+
 Option Option::type_name(const char* name) {
   spec_->value_name = name;
   return *this;

@@ -81,6 +81,10 @@ class Parser {
     try {
       app_.parse(reversed_words());
       if (arguments_->empty()) take_arguments({});
+    } catch (const CLI::RequiredError& error) {
+      // What is worked on comes before how.
+      const OptionSpec* const argument = arguments_->empty() ? required_argument() : nullptr;
+      fault = argument != nullptr ? argument->name() + " is required" : error.what();
     } catch (const CLI::ArgumentMismatch& error) {
       fault = mismatch(error.what());
     } catch (const CLI::ParseError& error) {
@@ -157,6 +161,13 @@ class Parser {
       if (word != end) take(*spec, {word, end});
       word = end;
     }
+  }
+
+  /// The first; null where there is none.
+  const OptionSpec* required_argument() const {
+    const auto is_one = [](const auto& spec) { return spec->is_argument() && spec->required; };
+    const auto found = std::ranges::find_if(command_.options, is_one);
+    return found == command_.options.end() ? nullptr : found->get();
   }
 
   std::vector<std::string> names_of_options() const {

@@ -33,6 +33,8 @@ class Option {
   Option required();
   /// --help tells the value that the variable has now.
   Option with_default();
+  /// The same, where the value is another on each machine and for each user: what it means.
+  Option with_default(const char* meaning);
   /// Name of the value in --help.
   Option type_name(const char* name);
   /// Both ends included.

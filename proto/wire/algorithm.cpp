@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/nearest_name.h"
 
 namespace tessera::wire {
 
@@ -227,9 +228,11 @@ const AlgorithmTraits* find_algorithm(std::string_view name) {
 
 absl::Status check_algorithm_name(const std::string& name) {
   if (find_algorithm(name) != nullptr) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "there is no integrator '", name, "'; there is: ",
-      absl::StrJoin(table(), ", ", [](std::string* out, const AlgorithmTraits& a) { out->append(a.name); })));
+  std::vector<std::string> names;
+  for (const AlgorithmTraits& algorithm : table()) names.emplace_back(algorithm.name);
+  return absl::InvalidArgumentError(absl::StrCat("there is no integrator '", name, "'",
+                                                 base::did_you_mean(name, names),
+                                                 "; there is: ", absl::StrJoin(names, ", ")));
 }
 
 }  // namespace tessera::wire

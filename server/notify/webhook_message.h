@@ -18,8 +18,8 @@ std::string end_message(const v1::JobStatus& status);
 /// body. The time is part of it so that a receiver can refuse what was recorded and sent again.
 std::string signature_of(const std::string& key, std::int64_t unix_seconds, const std::string& body);
 
-/// The key in a file that nobody else can read, without blanks at its ends. InvalidArgument for one of fewer
-/// than 16 bytes; errors of reading.
+/// The key in a file that nobody else can read: its bytes, but for one end of line behind them.
+/// InvalidArgument for one of fewer than 16 bytes; errors of reading.
 absl::StatusOr<std::string> read_webhook_key(const std::string& file);
 
 }  // namespace tessera::server

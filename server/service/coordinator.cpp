@@ -252,7 +252,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   builder.SetResourceQuota(
       grpc::ResourceQuota{"calls"}.Resize(kMaxArrivingBytes + most_connections * kBytesPerConnection));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
-  // Clients ping every 10 s (wire/channel.cpp); and a client whose machine is gone is noticed here too.
+  // Clients ping every 10 s (transport/channel.cpp); and a client whose machine is gone is noticed here too.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);

@@ -361,6 +361,66 @@ complete_words tessera render --sampler = z
   EXPECT_EQ(done.out, "denoise\n--denoise\nregression\nz-sobol\n") << done.err;
 }
 
+TEST(Usage, AnIntegratorThatThereIsNotHasItsNearestName) {
+  const std::string err = tessera({"render", kUsedScene, "-o", "x.exr", "--integrator", "pth"}).err;
+  EXPECT_THAT(err, HasSubstr("there is no integrator 'pth'; did you mean 'path'?; there is: path, "));
+  EXPECT_THAT(err, HasSubstr(", auto"));
+  EXPECT_THAT(tessera({"render", kUsedScene, "-o", "x.exr", "--integrator", "atuo"}).err,
+              HasSubstr("did you mean 'auto'?"));
+}
+
+TEST(Usage, HelpNamesEveryKindOfSceneFile) {
+  for (const char* const command : {"render", "submit", "query", "radiosity"}) {
+    EXPECT_THAT(tessera({command, "--help"}).out, ContainsRegex("\\.obj,\\s+\\.stl,\\s+\\.fbx,\\s+\\.dae"))
+        << command;
+  }
+}
+
+TEST(Frames, OfACommandThatIsGivenAgainAreTheJobsOfThen) {
+  FarmUnderTest farm;
+  const auto submit = [&](const Arguments& more) {
+    const Arguments command{"submit", kUsedScene, "--resolution", "8x8",     "--spp",
+                            "1",      "--frames", "1-3",          "--detach"};
+    const support::Finished done = tessera(farm.on_farm(command + more));
+    EXPECT_EQ(done.status.code, 0) << done.err;
+    EXPECT_THAT(done.err, HasSubstr("3 frames submitted"));
+    return lines_of(done.out);
+  };
+  const std::vector<std::string> first = submit({});
+  ASSERT_EQ(first.size(), 4u) << "a line each, and an end";
+  EXPECT_EQ(submit({}), first);
+  const std::vector<std::string> fresh = submit({"--fresh"});
+  const std::vector<std::string> other = submit({"--priority", "3"});
+  for (const std::size_t frame : {0, 1, 2}) {
+    EXPECT_NE(fresh[frame], first[frame]);
+    EXPECT_NE(other[frame], first[frame]);
+  }
+  // One that was given up is begun anew, once.
+  const std::string second_id = first[1].substr(std::string("job ").size());
+  EXPECT_EQ(tessera(farm.on_farm({"cancel", second_id})).status.code, 0);
+  const std::vector<std::string> again = submit({});
+  EXPECT_EQ(again[0], first[0]);
+  EXPECT_NE(again[1], first[1]);
+  EXPECT_EQ(again[2], first[2]);
+  EXPECT_EQ(submit({}), again);
+  farm.add_worker(1);
+  const std::string id = first[0].substr(std::string("job ").size());
+  EXPECT_EQ(farm.watch_to_the_end(id).state(), v1::DONE);
+  EXPECT_EQ(submit({}), again) << "and where they are done";
+}
+
+TEST(Usage, TheUserIsKnownWithoutALogin) {
+  FarmUnderTest farm;
+  const support::Finished done =
+      run(Arguments{"/usr/bin/env", "-u", "USER", tessera_program()} +
+          farm.on_farm({"submit", kUsedScene, "--resolution", "8x8", "--spp", "1", "--detach"}));
+  ASSERT_EQ(done.status.code, 0) << done.err;
+  const std::string name = lines_of(run({"/usr/bin/id", "-un"}).out).front();
+  const auto jobs = farm.client().jobs({});
+  ASSERT_TRUE(jobs.ok()) << jobs.status();
+  EXPECT_EQ(jobs->front().user(), name);
+}
+
 TEST(Desk, WritesASceneAndAConfigurationThatHold) {
   const std::filesystem::path folder = std::filesystem::path(::testing::TempDir()) / "tessera-desk";
   std::filesystem::remove_all(folder);
@@ -370,6 +430,8 @@ TEST(Desk, WritesASceneAndAConfigurationThatHold) {
                arguments);
   };
   EXPECT_EQ(with_config({"init", folder}).status.code, 0);
+  // It has comments alone, but it is there.
+  EXPECT_THAT(with_config({"doctor"}).out, HasSubstr("ok\tconfiguration: " + config + ", 0 settings\n"));
   for (const char* const value : {"8", "4"}) {
     const auto set = with_config({"config", "set", "render.spp", value});
     EXPECT_EQ(set.status.code, 0) << set.err;

@@ -76,7 +76,9 @@ void define_connection_options(options::Command& command, Options& options) {
 void define_options(options::Command command, Options& options) {
   define_connection_options(command, options);
   command.group("Rendering");
-  command.add("--threads", options.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command.add("--threads", options.threads, "tiles rendered at once")
+      .in_range(1, 1024)
+      .with_default("one a hardware thread");
   command.add("--isa", options.isa, "kernels to use").type_name("NAME").one_of(render::supported_isas());
   command.group("Limits");
   command.add("--cache", options.cache, "folder for meshes and textures").type_name("DIR").with_default();

@@ -1,5 +1,6 @@
 // tessera doctor: is everything as it has to be?
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -34,9 +35,10 @@ std::vector<Finding> examine_config(ServerOption& server) {
     if (value.key == "tls" && server.certificates.empty()) server.certificates = value.text;
     if (value.key == "allow-insecure" && value.text == "true") server.allow_insecure = true;
   }
+  std::error_code error;
   return {{Health::kWell, "configuration",
-           config->empty() ? absl::StrCat("none (", path, ")")
-                           : absl::StrCat(path, ", ", config->size(), " settings"),
+           std::filesystem::exists(path, error) ? absl::StrCat(path, ", ", config->size(), " settings")
+                                                : absl::StrCat("none (", path, ")"),
            ""}};
 }
 

@@ -168,8 +168,10 @@ RenderOptions options_of_frame(const RenderOptions& all, std::int64_t frame) {
   return one;
 }
 
-int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame& start,
-               std::stop_token stop) {
+int run_frames(const RenderOptions& asked, std::size_t ahead, const StartFrame& start, std::stop_token stop,
+               const char* deed) {
+  RenderOptions options = asked;
+  options.frames.scene_rate = std::make_shared<std::optional<Rational>>();
   SharedOrigin origin(options);
   Ends ends;
   std::size_t skipped = 0;
@@ -199,7 +201,7 @@ int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame
   }
   while (!started.empty()) finish_first();
   if (!options.quiet) {
-    std::cerr << ends.done + ends.raw.size() << " frames rendered, " << skipped << " were there, "
+    std::cerr << ends.done + ends.raw.size() << " frames " << deed << ", " << skipped << " were there, "
               << ends.failed.size() << " failed\n";
   }
   if (stop.stop_requested()) return kInterrupted;

@@ -28,8 +28,9 @@ using StartFrame = std::function<FrameJob(const RenderOptions& frame, int& exit_
 /// Renders all frames: at most `ahead` are started before the first of them is finished. Frames that are
 /// there already are left out where that is asked for; those that fail do not keep the others from being
 /// rendered, are listed at the end, and make the exit code kFramesFailed, or kNotDenoised where that is all
-/// that some lack. Usage and an unreachable coordinator end it.
-int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame& start,
-               std::stop_token stop);
+/// that some lack. Usage and an unreachable coordinator end it. `deed`: what was done with a frame whose job
+/// is over.
+int run_frames(const RenderOptions& options, std::size_t ahead, const StartFrame& start, std::stop_token stop,
+               const char* deed = "rendered");
 
 }  // namespace tessera::client

@@ -14,6 +14,7 @@
 #include "command/frames/frame_list.h"
 #include "image/exr.h"
 #include "image/png.h"
+#include "import/import.h"
 
 namespace tessera::client {
 namespace fs = std::filesystem;
@@ -50,6 +51,15 @@ absl::Status put_frame(const std::string& image_path, const std::string& png) {
   return image.ok() ? write_png(*image, png) : image.status();
 }
 
+/// Frames a second. Where all frames were there, and no scene has been read, one is read for that.
+Rational rate_of(const RenderOptions& options) {
+  if (options.frames.rate) return *options.frames.rate;
+  if (options.frames.scene_rate && *options.frames.scene_rate) return **options.frames.scene_rate;
+  const std::string scene = path_of_frame(options.scene, options.frames.frames.front());
+  const absl::StatusOr<ImportedScene> imported = import_scene(scene, import_options(options));
+  return frame_rate(options, imported.ok() ? imported->scene : v1::Scene{});
+}
+
 }  // namespace
 
 absl::Status check_preview_video(const RenderOptions& options) {
@@ -74,7 +84,7 @@ int write_preview_video(const RenderOptions& options, std::stop_token stop) {
     if (const absl::Status status = put_frame(path_of_frame(options.output, frame), png); !status.ok())
       return report(kIncomplete, absl::StrCat("no film was made: ", std::string(status.message())));
   }
-  const Rational rate = options.frames.rate.value_or(Rational{24, 1});
+  const Rational rate = rate_of(options);
   const std::string& video = options.frames.preview_video;
   // H.264 as players have it wants even sides; a GIF a palette of its own.
   const char* const filter = is_gif(video) ? "split[a][b];[a]palettegen[p];[b][p]paletteuse"

@@ -1,4 +1,5 @@
 // tessera submit SCENE -o OUT: renders on the farm.
+#include <pwd.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -25,12 +26,21 @@
 #include "command/report/phase.h"
 #include "command/report/stats_file.h"
 #include "command/server_option.h"
+#include "wire/digest.h"
 #include "wire/enum_words.h"
+#include "wire/version.h"
 
 namespace tessera::client {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+/// Name of the user as the system has it, also where no login has set $USER.
+std::string user_name() {
+  if (const char* const user = std::getenv("USER"); user != nullptr && *user != '\0') return user;
+  const passwd* const entry = getpwuid(geteuid());
+  return entry != nullptr ? entry->pw_name : absl::StrCat("uid-", geteuid());
+}
 
 struct SubmitOptions {
   RenderOptions render;
@@ -45,6 +55,8 @@ absl::Status check(const SubmitOptions& options) {
   if (absl::Status status = check_stats(options.render); !status.ok()) return status;
   if (options.detach && !options.on_done.empty())
     return absl::InvalidArgumentError("--on-done is for commands that wait: with --detach, see watch");
+  if (options.detach && !options.render.frames.preview_video.empty())
+    return absl::InvalidArgumentError("--preview-video is of images: it does not go with --detach");
   if (options.render.output.empty()) {
     if (options.detach) return absl::OkStatus();
     return absl::InvalidArgumentError("--output is required, unless with --detach");
@@ -125,6 +137,27 @@ struct Submitted {
   std::uint64_t uploaded_bytes = 0;
 };
 
+/// Submits a frame, unless the same command, begun before and killed, has left its job there: queued, in work
+/// or done. Its request is named by what is asked for, and after a job that was given up by that job, too.
+absl::StatusOr<std::string> submit_frame(FarmClient& farm, const v1::JobSpec& spec, FarmClient::Reuse reuse,
+                                         std::stop_token stop) {
+  v1::JobSpec asked = spec;
+  asked.mutable_content()->set_build(wire::build_version());
+  asked.mutable_farm()->clear_group();        // another one each time
+  asked.mutable_farm()->clear_auto_choice();  // has the time that it took
+  const std::string digest = wire::sha256_hex(asked.SerializeAsString());
+  reuse.request_id = digest;
+  while (true) {
+    absl::StatusOr<std::string> id = farm.submit(spec, reuse, stop);
+    if (!id.ok()) return id;
+    const absl::StatusOr<v1::GetJobResponse> job = farm.job(*id, stop);
+    if (!job.ok()) return job.status();
+    const bool is_new = job->spec().farm().group() == spec.farm().group();
+    if (is_new || !has_ended(job->status().state()) || job->status().state() == v1::DONE) return id;
+    reuse.request_id = absl::StrCat(digest, "-", *id);
+  }
+}
+
 /// Loads, uploads and submits. Nothing, with the exit code set, where that does not work.
 std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, Interrupt& interrupt,
                                 int& exit_code) {
@@ -155,7 +188,9 @@ std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, 
       spec.mutable_cut()->set_samples_per_unit((*continued)->cut().samples_per_unit());
   }
   for (const std::string& id : *after) spec.mutable_farm()->add_after(id);
-  absl::StatusOr<std::string> job_id = farm.submit(spec, options.reuse, stop);
+  const bool is_frame = options.render.frame && !options.reuse.fresh;
+  absl::StatusOr<std::string> job_id =
+      is_frame ? submit_frame(farm, spec, options.reuse, stop) : farm.submit(spec, options.reuse, stop);
   if (!job_id.ok()) return fail(job_id.status());
   job.id = *std::move(job_id);
   if (options.detach || !options.render.quiet) std::cout << "job " << job.id << std::endl;
@@ -192,7 +227,8 @@ int run_animation(const SubmitOptions& options, FarmClient& farm, Interrupt& int
       return wait_for_image(*own, farm, job->id, *job->loaded, job->uploaded_bytes, interrupt.token());
     };
   };
-  const int exit_code = run_frames(all, kFramesAhead, start, interrupt.token());
+  const int exit_code =
+      run_frames(all, kFramesAhead, start, interrupt.token(), options.detach ? "submitted" : "rendered");
   if (!options.render.quiet) std::cerr << "uploaded " << uploaded << " bytes for all frames\n";
   return exit_code;
 }
@@ -228,11 +264,11 @@ void add_submit_command(CommandLine& line) {
   define_frame_options(command, options->render);
   command.group("Job");
   JobSettings& job = options->render.job;
-  if (const char* const user = std::getenv("USER"); user != nullptr) job.user = user;
+  job.user = user_name();
   command.add_flag("--detach", options->detach, "do not wait: print the job's id and leave");
   command.add("--user", job.user, "user to whose share of the farm the job counts")
       .type_name("NAME")
-      .with_default();
+      .with_default("yours on this machine");
   command.add("--priority", job.priority, "higher goes first").with_default();
   command.add("--require", job.required_tags, "tags that a worker must have")
       .separated_by_commas()

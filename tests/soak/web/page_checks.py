@@ -40,6 +40,9 @@ async def jobs_and_names(farm, browser):
     check(made == 0, "elements of a name")
     check(not await browser.evaluate("'hacked' in window"), "the name of a job ran")
     await browser.evaluate("location.hash = '#/jobs'")
+    await browser.until("page === 'jobs'")
+    await browser.press("ArrowDown")
+    await browser.until(f"jobTable.at === {job!r}")
     began = time.monotonic()
     farm.tessera("cancel", job)
     await browser.until("document.querySelector('.page:not([hidden]) .row .state.CANCELLED') !== null")
@@ -68,6 +71,19 @@ async def picture(farm, browser):
     await browser.open(farm.page(f"#/job/{job}"))
     await browser.until("viewer.source !== null")
     check(not await browser.evaluate(PAINTED), "a picture before there is a worker")
+    # The arrow keys move it, though nothing was clicked.
+    await browser.evaluate("document.activeElement.blur()")
+    left = await browser.evaluate("viewer.view.x")
+    await browser.press("ArrowRight")
+    await browser.until(f"viewer.view.x > {left}")
+    await browser.press("0")
+    await browser.until(f"viewer.view.x === {left}")
+    # Until the coordinator has answered, the page says that it loads.
+    await browser.until("viewer.source.arrived")
+    loading = "document.getElementById('stage').classList.contains('loading')"
+    await browser.until(f"!{loading}")
+    check(await browser.evaluate(f"(viewer.source.arrived = false, viewer.draw(), {loading})"), "a sign of loading")
+    await browser.evaluate("viewer.source.arrived = true, viewer.changed()")
     button = "[...document.querySelectorAll('#job-actions button')].find((b) => b.textContent === {!r}).click()"
     await browser.evaluate(button.format("Pause"))
     await browser.until("document.getElementById('job-state').textContent === 'paused'")
@@ -151,6 +167,9 @@ async def frames(farm, browser):
         "[...document.querySelectorAll('#frames canvas')].every("
         "(c) => c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data[3] > 0)"
     )
+    # They leave room for the picture.
+    below = "document.getElementById('stage').getBoundingClientRect().bottom - innerHeight"
+    check(await browser.evaluate(below) <= 0, "the picture reaches below the window")
     await browser.evaluate("document.querySelector('#frames a').click()")
     await browser.until("document.querySelector('#frames a').getAttribute('aria-current') === 'true'")
 

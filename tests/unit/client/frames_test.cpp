@@ -5,6 +5,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdlib>
+#include <filesystem>
 #include <map>
 #include <set>
 
@@ -141,6 +143,48 @@ TEST(Frames, WithoutACoordinatorThereIsNoUseInGoingOn) {
   EXPECT_EQ(run_frames(animation("a.####.exr", "1-50"), 1, farm.start(), {}), kUnreachable);
   static_cast<void>(testing::internal::GetCapturedStderr());
   EXPECT_THAT(farm.started, ElementsAre(1, 2));
+}
+
+TEST(Frames, AreCountedByWhatWasDoneWithThem) {
+  Farm farm;
+  RenderOptions options = animation("a.####.exr", "1-3");
+  options.quiet = false;
+  testing::internal::CaptureStderr();
+  EXPECT_EQ(run_frames(options, 2, farm.start(), {}, "submitted"), kDone);
+  EXPECT_THAT(testing::internal::GetCapturedStderr(),
+              HasSubstr("3 frames submitted, 0 were there, 0 failed\n"));
+}
+
+/// The words by which a program of the test, in place of ffmpeg, is called for a film of the scene's frames 1
+/// and 2.
+std::string call_of_ffmpeg(const support::TempDir& directory, RenderOptions options) {
+  const std::string program = directory / "ffmpeg", path = std::getenv("PATH");
+  write_bytes(program, absl::StrCat("#!/bin/sh\necho \"$@\" > ", directory / "call", "\n"));
+  std::filesystem::permissions(program, std::filesystem::perms::owner_all);
+  setenv("PATH", absl::StrCat(directory.path().string(), ":", path).c_str(), 1);
+  options.scene = directory / "scene.textproto";
+  options.frames.preview_video = directory / "film.mp4";
+  write_bytes(options.scene,
+              "animation { frames_per_second: 30 }\nfilm { width: 4 height: 4 }\ncamera { perspective {} }\n"
+              "shapes { sphere { radius: 1 } }\n");
+  const StartFrame start = [](const RenderOptions& frame, int& exit_code) -> FrameJob {
+    if (load_job(frame, exit_code) == nullptr) return nullptr;
+    write_bytes(frame.output, "a picture");
+    return [] { return kDone; };
+  };
+  EXPECT_EQ(run_frames(options, 1, start, {}), kDone);
+  setenv("PATH", path.c_str(), 1);
+  return read_bytes(directory / "call");
+}
+
+TEST(Frames, AFilmHasTheRateThatIsAskedForOrTheScenes) {
+  const support::TempDir directory;
+  RenderOptions options = animation(directory / "a.#.png", "1-2");
+  EXPECT_THAT(call_of_ffmpeg(directory, options), HasSubstr("-framerate 30/1 "));
+  options.frames.skip_existing = true;  // all are there, and no scene is loaded
+  EXPECT_THAT(call_of_ffmpeg(directory, options), HasSubstr("-framerate 30/1 "));
+  options.frames.rate = Rational{12, 1};
+  EXPECT_THAT(call_of_ffmpeg(directory, options), HasSubstr("-framerate 12/1 "));
 }
 
 TEST(Frames, ImagesThatAreThereAreLeftOutUnlessTheyArePartial) {

@@ -17,7 +17,7 @@ using ::testing::StartsWith;
 
 struct Values {
   std::string scene, output, kind = "plain", tls, join;
-  std::string way;
+  std::string way, place = "here";
   std::vector<std::string> tags;
   std::vector<std::uint32_t> counts{4, 16};
   std::int32_t priority = 0;
@@ -37,6 +37,7 @@ void define(Command& command, Values& values) {
   command.add("--counts", values.counts, "several").separated_by_commas().in_range(1, 100).with_default();
   command.add("--tag", values.tags, "names").separated_by_commas();
   command.add("--priority", values.priority, "higher goes first").with_default();
+  command.add("--at", values.place, "where it is done").with_default("next to you");
   const Option tls = command.add("--tls", values.tls, "certificates").from_environment("TESSERA_TEST_TLS");
   command.add("--join", values.join, "a token").needs(tls);
   command.add_flag("-q,--quiet", values.quiet, "no progress").excludes(command.option("--noise"));
@@ -166,6 +167,7 @@ TEST_F(ProgramTest, RefusesRealNumbersThatAreNotFinite) {
 TEST_F(ProgramTest, SaysWhatIsGivenTwiceOrIsTooMuchOrMissing) {
   EXPECT_THAT(fault({"render", "a", "-o", "b", "--output", "c"}), HasSubstr("--output is given twice"));
   EXPECT_THAT(fault_of_render({"other.pbrt"}), HasSubstr("'other.pbrt' is one word too many"));
+  EXPECT_THAT(fault({"render"}), HasSubstr("SCENE is required"));
   EXPECT_THAT(fault({"render", "a"}), HasSubstr("--output is required"));
   EXPECT_THAT(fault({"render", "-o", "b"}), HasSubstr("SCENE is required"));
   EXPECT_THAT(fault({"render", "a", "-o"}), HasSubstr("-o needs a value: -o FILE"));
@@ -207,6 +209,7 @@ TEST_F(ProgramTest, HelpsWithinEightyColumnsInGroupsWithAnExample) {
   EXPECT_THAT(outcome.out,
               HasSubstr("\nQuality\n      --spp N               samples a pixel (1 to 65536)\n"));
   EXPECT_THAT(outcome.out, HasSubstr("how it is done (plain, fancy; default: plain)"));
+  EXPECT_THAT(outcome.out, HasSubstr("where it is done (default: next to you)"));
   EXPECT_THAT(outcome.out, HasSubstr("      --way TEXT            how it goes\n"
                                      "          up                to the left\n"
                                      "          down              to the right\n"));

@@ -26,11 +26,6 @@ struct CameraConnection {
   Mask valid;   // in front of the camera and within its clipping distances
 };
 
-/// Whether points of the scene can be connected to the camera.
-inline bool sees_points(const CameraRecord& camera) {
-  return camera.kind == CameraKind::kPerspective || camera.kind == CameraKind::kOrthographic;
-}
-
 /// For cameras that see points.
 CameraConnection connect_to_camera(const CameraRecord& camera, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active);

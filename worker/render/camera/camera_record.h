@@ -31,4 +31,9 @@ struct CameraRecord {
   std::int32_t medium = -1;            // that the camera stands in
 };
 
+/// Whether points of the scene can be connected to the camera.
+inline bool sees_points(const CameraRecord& camera) {
+  return camera.kind == CameraKind::kPerspective || camera.kind == CameraKind::kOrthographic;
+}
+
 }  // namespace tessera::render

@@ -19,6 +19,7 @@ class FrameSource {
     this.range = 0;
     this.time = 0;
     this.closed = false;
+    this.arrived = false; // true once the coordinator has told a piece
     this.more = false; // the coordinator has not read all results of a fresh picture
     this.fresh = false; // true where no stream of events keeps the coordinator's picture up to date
   }
@@ -100,6 +101,7 @@ class FrameSource {
   }
 
   store(piece, x, y, width, height, values) {
+    this.arrived = true;
     const bands = this.color ? 4 : 1;
     const size = piece.width * piece.height;
     if (!piece.data) piece.data = this.color ? new Uint16Array(4 * size) : new Float32Array(size).fill(NaN);

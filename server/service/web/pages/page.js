@@ -91,9 +91,18 @@ on("outlines", "change", (target) => {
 });
 on("fit", "click", () => viewer.fit());
 on("one", "click", () => viewer.zoomTo(1));
+/// What the arrow keys move: the table or the picture of the page, whether it was clicked before or not. Other
+/// things that take keys of their own keep them.
+function moved(event) {
+  if (event.target.closest(".facts, button, summary") || (event.key === "Enter" && event.target.closest("a")))
+    return null;
+  return { job: viewer, jobs: jobTable, workers: workerTable, events: logTable }[page];
+}
 addEventListener("keydown", (event) => {
   const types = /^(INPUT|SELECT|TEXTAREA)$/.test(event.target.tagName);
   if (event.ctrlKey || event.altKey || event.metaKey || types) return;
+  const shown = moved(event);
+  if (shown) shown.key(event);
   const target = { j: "jobs", w: "workers", f: "faults", e: "events" }[event.key];
   const field = event.key === "/" ? byId("find-" + page) : null;
   if (target) location.hash = "#/" + target;

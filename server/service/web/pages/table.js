@@ -19,7 +19,6 @@ class Table {
     place.append(this.head, this.body);
     place.tabIndex = 0;
     place.addEventListener("scroll", () => this.draw());
-    place.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.draw()).observe(place);
     this.layOut(narrow.matches);
   }

@@ -75,17 +75,18 @@ class Viewer {
       canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
     canvas.addEventListener("pointermove", (event) => this.moved(event));
     canvas.addEventListener("pointerleave", () => { this.pixel.textContent = ""; });
-    canvas.addEventListener("keydown", (event) => {
-      const step = kSteps[event.key];
-      if (step) this.pan(...step);
-      else if (event.key === "+" || event.key === "=") this.zoomTo(this.view.scale * 2);
-      else if (event.key === "-") this.zoomTo(this.view.scale / 2);
-      else if (event.key === "0") this.fit();
-      else if (event.key === "1") this.zoomTo(1);
-      else return;
-      event.preventDefault();
-    });
     this.listenToWipe();
+  }
+
+  key(event) {
+    const step = kSteps[event.key];
+    if (step) this.pan(...step);
+    else if (event.key === "+" || event.key === "=") this.zoomTo(this.view.scale * 2);
+    else if (event.key === "-") this.zoomTo(this.view.scale / 2);
+    else if (event.key === "0") this.fit();
+    else if (event.key === "1") this.zoomTo(1);
+    else return;
+    event.preventDefault();
   }
 
   listenToWipe() {
@@ -140,6 +141,7 @@ class Viewer {
 
   draw() {
     const { clientWidth: w, clientHeight: h } = this.stage, dpr = devicePixelRatio || 1;
+    this.stage.classList.toggle("loading", Boolean(this.source) && !this.source.arrived);
     if (!w || !h || !this.source) return;
     for (const canvas of [this.canvas, this.over]) {
       if (canvas.width !== Math.round(w * dpr) || canvas.height !== Math.round(h * dpr)) {

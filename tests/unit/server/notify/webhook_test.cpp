@@ -87,6 +87,9 @@ TEST(WebhookKey, IsLongAndPrivate) {
   EXPECT_THAT(read_webhook_key(file).status().ToString(), testing::HasSubstr("others may read"));
   chmod(file.c_str(), 0600);
   EXPECT_EQ(read_webhook_key(file).value(), "0123456789abcdef0123456789abcdef");
+  // White space is the key's own, but for one end of line.
+  std::ofstream(file) << "\t0123456789abcde \n\n";
+  EXPECT_EQ(read_webhook_key(file).value(), "\t0123456789abcde \n");
   std::ofstream(file) << "short\n";
   EXPECT_TRUE(absl::IsInvalidArgument(read_webhook_key(file).status()));
 }

@@ -10,10 +10,6 @@ namespace tessera::render {
 
 namespace {
 
-bool sees_points(const CameraRecord& camera) {
-  return camera.kind == CameraKind::kPerspective || camera.kind == CameraKind::kOrthographic;
-}
-
 /// Its density is only an estimate, and acceptance needs the right one.
 bool is_coated_conductor(const MaterialRecord& material) {
   return material.kind == BsdfKind::kCoatedConductor;
