@@ -53,6 +53,10 @@ double efficiency(const BenchRun& run, const ReferenceNoise& noise) {
   return 1 / (without_noise(run.relmse, noise.relmse) * run.cost.cpu_seconds);
 }
 
+double block_efficiency(const BenchRun& run, const ReferenceNoise& noise) {
+  return 1 / (without_noise(run.relmse_block, noise.relmse_block) * run.cost.cpu_seconds);
+}
+
 std::vector<BenchRun> runs_of(const BenchVariantResult& variant, std::uint32_t spp) {
   std::vector<BenchRun> runs;
   for (const BenchRun& run : variant.runs) {
@@ -84,12 +88,13 @@ std::optional<Slope> slope_of(const BenchVariantResult& variant, const Reference
 }
 
 Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b,
-                          const ReferenceNoise& noise, std::optional<std::uint32_t> spp) {
+                          const ReferenceNoise& noise, std::optional<std::uint32_t> spp,
+                          Efficiency& efficient) {
   std::map<std::uint64_t, std::vector<double>> logs;  // by seed
   for (std::size_t i = 0; i < std::min(a.runs.size(), b.runs.size()); ++i) {
     if (spp && a.runs[i].spp != *spp) continue;
     logs[a.runs[i].seed_offset].push_back(
-        std::log(efficiency(b.runs[i], noise) / efficiency(a.runs[i], noise)));
+        std::log(efficient(b.runs[i], noise) / efficient(a.runs[i], noise)));
   }
   std::vector<double> ratios;
   for (const auto& [seed, of_seed] : logs) ratios.push_back(std::exp(mean_of(of_seed)));

@@ -31,6 +31,9 @@ bool reference_too_noisy(const BenchSceneResult& scene);
 
 /// 1 / (relMSE x CPU seconds).
 double efficiency(const BenchRun& run, const ReferenceNoise& noise);
+/// The same of means over blocks.
+double block_efficiency(const BenchRun& run, const ReferenceNoise& noise);
+using Efficiency = double(const BenchRun& run, const ReferenceNoise& noise);
 
 /// The runs of one sample count, by seed.
 std::vector<BenchRun> runs_of(const BenchVariantResult& variant, std::uint32_t spp);
@@ -53,6 +56,7 @@ std::optional<Slope> slope_of(const BenchVariantResult& variant, const Reference
 /// How many times as efficient `b` is as `a`, seed by seed; over all sample counts (the mean of the
 /// logarithms) where `spp` is absent. Both have the same sample counts and seeds.
 Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b,
-                          const ReferenceNoise& noise, std::optional<std::uint32_t> spp);
+                          const ReferenceNoise& noise, std::optional<std::uint32_t> spp,
+                          Efficiency& efficient = efficiency);
 
 }  // namespace tessera::client

@@ -28,9 +28,9 @@ absl::StatusOr<BenchBias> bias_of(const Image& reference, const BiasEstimator& i
   return BenchBias{spp, kChannelNames[worst], bias.bias_percent, bias.t, images.result()};
 }
 
-absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const BenchCost& cost,
-                               std::uint32_t spp, std::uint64_t seed_offset) {
-  const absl::StatusOr<Comparison> comparison = compare_images(reference, image);
+absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const CompareOptions& compared,
+                               const BenchCost& cost, std::uint32_t spp, std::uint64_t seed_offset) {
+  const absl::StatusOr<Comparison> comparison = compare_images(reference, image, compared);
   if (!comparison.ok()) return comparison.status();
   const absl::StatusOr<double> flip = flip_error(reference, image);
   if (!flip.ok()) return flip.status();
@@ -41,6 +41,7 @@ absl::StatusOr<BenchRun> judge(const Image& reference, const Image& image, const
                   .relmse = comparison->relmse,
                   .mse_trimmed = comparison->mse_trimmed,
                   .relmse_trimmed = comparison->relmse_trimmed,
+                  .relmse_block = comparison->relmse_block,
                   .flip = *flip};
 }
 
@@ -92,7 +93,8 @@ absl::Status measure_count(std::span<const BenchVariant> variants, const BenchRe
         if (!seconds.ok()) return seconds.status();
         (*renders)[v].cost.cpu_seconds += *seconds;
       }
-      absl::StatusOr<BenchRun> run = judge(reference.image, *image, (*renders)[v].cost, spp, seed);
+      absl::StatusOr<BenchRun> run =
+          judge(reference.image, *image, plan.compared(), (*renders)[v].cost, spp, seed);
       if (!run.ok()) return run.status();
       results[v].runs.push_back(*std::move(run));
       sums[v].add(*image);

@@ -37,6 +37,7 @@ struct BenchRun {
   BenchCost cost;
   double mse = 0, relmse = 0;                  // of metrics.h
   double mse_trimmed = 0, relmse_trimmed = 0;  // without the worst 0.1 % of the pixels
+  double relmse_block = 0;                     // of means over blocks of BenchPlan::block, without those
   double flip = 0;
 };
 
@@ -73,10 +74,12 @@ struct WholeRun {
   std::uint32_t spp = 0;
   std::uint64_t seed = 0;
   ProcessCost cost;
-  double relmse = 0, relmse_trimmed = 0;  // against its side's reference, as it is
+  double relmse = 0, relmse_trimmed = 0, relmse_block = 0;  // against its side's reference, as it is
 
   /// 1 / (relMSE without the worst 0.1 % x CPU seconds of the process).
   double efficiency() const { return 1 / (relmse_trimmed * cost.cpu_seconds); }
+  /// The same of means over blocks.
+  double block_efficiency() const { return 1 / (relmse_block * cost.cpu_seconds); }
 };
 
 struct WholeResult {
@@ -88,6 +91,7 @@ struct BenchSceneResult {
   std::string name;
   std::string reference;  // where it comes from
   ReferenceNoise noise;
+  int block = CompareOptions{}.block;  // BenchPlan::block
   std::vector<BenchVariantResult> variants;
   std::vector<BenchRefusal> refusals = {};
   std::vector<WholeResult> whole = {};  // processes, this program's first; empty: not asked for
@@ -97,6 +101,13 @@ struct BenchPlan {
   std::vector<std::uint32_t> spp;  // rising
   std::uint32_t seeds = 1;
   int threads = 1;
+  int block = CompareOptions{}.block;  // side of the blocks whose means have an error of their own
+
+  CompareOptions compared() const {
+    CompareOptions options;
+    options.block = block;
+    return options;
+  }
 };
 
 /// Renders every variant with every sample count and seed, the variants taking turns, seed after seed.

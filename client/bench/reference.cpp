@@ -27,16 +27,21 @@ double number(const Image& image, const char* name) {
   return value != nullptr && std::isfinite(*value) && *value > 0 ? *value : 0;
 }
 
+std::string attribute_of(int block) { return absl::StrCat(kRelmse, "_", block, "x", block); }
+
 /// Makes `first` the mean of both and returns the error of that mean.
-ReferenceNoise merge_halves(Image& first, const Image& second) {
+ReferenceNoise merge_halves(Image& first, const Image& second, int block) {
   ReferenceNoise noise;
   double terms = 0;
-  for (const char* name : {"R", "G", "B"}) {
+  std::array<std::vector<double>, 3> means, errors;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const char* const name = std::array{"R", "G", "B"}[c];
     auto& a = std::ranges::find(first.channels, name, &Channel::name)->values;
     const auto& b = second.find(name)->values;
     for (std::size_t i = 0; i < a.size(); ++i) {
-      const double mean = 0.5 * (double{a[i]} + b[i]),
-                   variance = 0.25 * (double{a[i]} - b[i]) * (double{a[i]} - b[i]);
+      means[c].push_back(0.5 * (double{a[i]} + b[i]));
+      errors[c].push_back(0.5 * (double{a[i]} - b[i]));
+      const double mean = means[c].back(), variance = errors[c].back() * errors[c].back();
       a[i] = static_cast<float>(mean);
       noise.mse += variance;
       noise.relmse += variance / (mean * mean + CompareOptions{}.epsilon);
@@ -44,22 +49,24 @@ ReferenceNoise merge_halves(Image& first, const Image& second) {
     }
   }
   noise.mse /= terms, noise.relmse /= terms;
+  noise.relmse_block = relmse_of_blocks(means, errors, first.data.width(), block, CompareOptions{}.epsilon);
   return noise;
 }
 
 }  // namespace
 
-absl::StatusOr<BenchReference> read_reference(const std::string& path) {
+absl::StatusOr<BenchReference> read_reference(const std::string& path, int block) {
   absl::StatusOr<Image> image = read_exr(path);
   if (!image.ok()) return image.status();
   if (is_denoised(*image))
     return absl::InvalidArgumentError(absl::StrCat(path, ": a denoised picture is biased, and no reference"));
-  const ReferenceNoise noise{number(*image, kMse), number(*image, kRelmse)};
+  const ReferenceNoise noise{number(*image, kMse), number(*image, kRelmse),
+                             number(*image, attribute_of(block).c_str())};
   return BenchReference{*std::move(image), noise, path};
 }
 
 absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::uint32_t spp, int threads,
-                                              std::stop_token stop) {
+                                              int block, std::stop_token stop) {
   std::optional<Image> image;
   ReferenceNoise noise;
   const std::uint32_t half = std::max(1u, spp / 2);
@@ -71,7 +78,7 @@ absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::
     absl::StatusOr<Image> rendered = assemble_image(variant.spec, half, std::move(render->front().tiles));
     if (!rendered.ok()) return rendered.status();
     if (image) {
-      noise = merge_halves(*image, *rendered);
+      noise = merge_halves(*image, *rendered, block);
     } else {
       image = *std::move(rendered);
     }
@@ -80,13 +87,14 @@ absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::
                         absl::StrCat("rendered with ", 2 * half, " samples a pixel")};
 }
 
-absl::Status write_reference(const BenchReference& reference, const std::string& path) {
+absl::Status write_reference(const BenchReference& reference, int block, const std::string& path) {
   Image image = reference.image;
   std::erase_if(image.channels, [](const Channel& channel) {
     return channel.name != "R" && channel.name != "G" && channel.name != "B";
   });
   image.metadata[kMse] = static_cast<float>(reference.noise.mse);
   image.metadata[kRelmse] = static_cast<float>(reference.noise.relmse);
+  image.metadata[attribute_of(block)] = static_cast<float>(reference.noise.relmse_block);
   return write_exr(image, path);
 }
 

@@ -23,24 +23,28 @@ std::vector<std::uint32_t> sample_counts(const BenchVariantResult& variant) {
 }
 
 /// One line a sample count, errors and times being geometric means over the seeds.
-std::string runs_table(const BenchVariantResult& variant, const ReferenceNoise& noise) {
-  std::string text =
-      absl::StrFormat("  %6s %9s %10s %10s %11s %8s %10s %7s %11s  %-22s %7s\n", "spp", "CPU s", "MSE",
-                      "relMSE", "less 0.1 %", "FLIP", "bias %", "t", "efficiency", "95 % interval", "Mray/s");
+std::string runs_table(const BenchVariantResult& variant, const ReferenceNoise& noise, int block) {
+  const std::string means = absl::StrCat("of ", block, "x", block);
+  std::string text = absl::StrFormat("  %6s %9s %10s %10s %11s %10s %8s %10s %7s %11s  %-22s %11s %7s\n",
+                                     "spp", "CPU s", "MSE", "relMSE", "less 0.1 %", means, "FLIP", "bias %",
+                                     "t", "efficiency", "95 % interval", means, "Mray/s");
   for (const BenchBias& bias : variant.biases) {
     const auto value = [&](auto property) { return interval_over(variant, bias.spp, property).value; };
     const Interval efficient =
         interval_over(variant, bias.spp, [&](const BenchRun& run) { return efficiency(run, noise); });
-    absl::StrAppendFormat(&text,
-                          "  %6d %9.3f %10.4g %10.4g %11.4g %8.4f %+7.3f %s %+7.2f %11.4g  %-22s %7.2f\n",
-                          bias.spp, value([](const BenchRun& run) { return run.cost.cpu_seconds; }),
-                          value([&](const BenchRun& run) { return without_noise(run.mse, noise.mse); }),
-                          value([&](const BenchRun& run) { return without_noise(run.relmse, noise.relmse); }),
-                          value([](const BenchRun& run) { return run.relmse_trimmed; }),
-                          value([](const BenchRun& run) { return run.flip; }), bias.percent, bias.channel,
-                          bias.t, efficient.value, ends_of(efficient), value([](const BenchRun& run) {
-                            return 1e-6 * static_cast<double>(run.cost.counts.rays()) / run.cost.cpu_seconds;
-                          }));
+    absl::StrAppendFormat(
+        &text, "  %6d %9.3f %10.4g %10.4g %11.4g %10.4g %8.4f %+7.3f %s %+7.2f %11.4g  %-22s %11.4g %7.2f\n",
+        bias.spp, value([](const BenchRun& run) { return run.cost.cpu_seconds; }),
+        value([&](const BenchRun& run) { return without_noise(run.mse, noise.mse); }),
+        value([&](const BenchRun& run) { return without_noise(run.relmse, noise.relmse); }),
+        value([](const BenchRun& run) { return run.relmse_trimmed; }),
+        value([&](const BenchRun& run) { return without_noise(run.relmse_block, noise.relmse_block); }),
+        value([](const BenchRun& run) { return run.flip; }), bias.percent, bias.channel, bias.t,
+        efficient.value, ends_of(efficient),
+        value([&](const BenchRun& run) { return block_efficiency(run, noise); }),
+        value([](const BenchRun& run) {
+          return 1e-6 * static_cast<double>(run.cost.counts.rays()) / run.cost.cpu_seconds;
+        }));
   }
   return text;
 }
@@ -104,12 +108,12 @@ std::string structure_text(const BenchVariantResult& variant) {
   return text;
 }
 
-std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise& noise) {
+std::string variant_text(const BenchVariantResult& variant, const ReferenceNoise& noise, int block) {
   BenchCost all;
   for (const BenchRun& run : variant.runs) all += run.cost;
   std::string text;
   if (!variant.name.empty()) absl::StrAppend(&text, variant.name, ", ", kind_of(variant), "\n");
-  absl::StrAppend(&text, runs_table(variant, noise), bias_table(variant));
+  absl::StrAppend(&text, runs_table(variant, noise, block), bias_table(variant));
   if (const std::optional<Slope> slope = slope_of(variant, noise)) {
     absl::StrAppendFormat(&text, "  slope of MSE over time  %.3f", slope->value);
     if (std::isfinite(slope->standard_error)) {
@@ -143,17 +147,22 @@ std::string verdict(const std::string& a, const std::string& b, const Interval& 
   return "the difference is not significant";
 }
 
+/// For pixels, and for means over blocks.
 std::string comparison_text(const BenchVariantResult& a, const BenchVariantResult& b,
-                            const ReferenceNoise& noise) {
-  std::string text = absl::StrCat("efficiency of ", b.name, " over ", a.name, "\n");
-  for (const std::uint32_t spp : sample_counts(a)) {
-    const Interval ratio = efficiency_ratio(a, b, noise, spp);
-    absl::StrAppendFormat(&text, "  %6d spp  x %.3f  (95 %%: %s)  %s\n", spp, ratio.value, ends_of(ratio),
-                          verdict(a.name, b.name, ratio));
-  }
-  const Interval ratio = efficiency_ratio(a, b, noise, std::nullopt);
-  absl::StrAppendFormat(&text, "  %10s  x %.3f  (95 %%: %s)  %s\n", "all", ratio.value, ends_of(ratio),
-                        verdict(a.name, b.name, ratio));
+                            const ReferenceNoise& noise, int block) {
+  std::string text;
+  const auto append = [&](const std::string& what, Efficiency& efficient) {
+    absl::StrAppend(&text, "efficiency of ", b.name, " over ", a.name, what, "\n");
+    const auto line = [&](const std::string& name, std::optional<std::uint32_t> spp) {
+      const Interval ratio = efficiency_ratio(a, b, noise, spp, efficient);
+      absl::StrAppendFormat(&text, "  %10s  x %.3f  (95 %%: %s)  %s\n", name, ratio.value, ends_of(ratio),
+                            verdict(a.name, b.name, ratio));
+    };
+    for (const std::uint32_t spp : sample_counts(a)) line(absl::StrCat(spp, " spp"), spp);
+    line("all", std::nullopt);
+  };
+  append("", efficiency);
+  append(absl::StrFormat(", of means over %dx%d pixels", block, block), block_efficiency);
   return text;
 }
 
@@ -172,9 +181,10 @@ std::string to_text(const BenchSceneResult& scene) {
   }
   text += "\n";
   for (const BenchVariantResult& variant : scene.variants)
-    absl::StrAppend(&text, variant_text(variant, scene.noise));
+    absl::StrAppend(&text, variant_text(variant, scene.noise, scene.block));
   for (std::size_t i = 1; i < scene.variants.size(); ++i) {
-    absl::StrAppend(&text, comparison_text(scene.variants.front(), scene.variants[i], scene.noise));
+    absl::StrAppend(&text,
+                    comparison_text(scene.variants.front(), scene.variants[i], scene.noise, scene.block));
   }
   absl::StrAppend(&text, to_text(scene.whole));
   for (const BenchRefusal& refusal : scene.refusals)

@@ -22,8 +22,10 @@ Json json_of(const BenchRun& run, const ReferenceNoise& noise) {
           {"relmse", without_noise(run.relmse, noise.relmse)},
           {"mse_trimmed", run.mse_trimmed},
           {"relmse_trimmed", run.relmse_trimmed},
+          {"relmse_block", without_noise(run.relmse_block, noise.relmse_block)},
           {"flip", run.flip},
           {"efficiency", efficiency(run, noise)},
+          {"efficiency_block", block_efficiency(run, noise)},
           {"rays",
            {{"camera", run.cost.counts.camera_rays},
             {"bounce", run.cost.counts.bounce_rays},
@@ -83,27 +85,38 @@ Json json_of(const WholeResult& result) {
                             {"wall_seconds", run.cost.wall_seconds},
                             {"relmse", run.relmse},
                             {"relmse_trimmed", run.relmse_trimmed},
-                            {"efficiency", run.efficiency()}});
+                            {"relmse_block", run.relmse_block},
+                            {"efficiency", run.efficiency()},
+                            {"efficiency_block", run.block_efficiency()}});
   }
   return json;
 }
 
 Json json_of(const BenchSceneResult& scene) {
   const v1::PixelRect& crop = scene.variants.front().spec.cut().crop();
-  Json json{
-      {"name", scene.name},
-      {"width", crop.x1() - crop.x0()},
-      {"height", crop.y1() - crop.y0()},
-      {"reference", {{"source", scene.reference}, {"mse", scene.noise.mse}, {"relmse", scene.noise.relmse}}}};
+  Json json{{"name", scene.name},
+            {"width", crop.x1() - crop.x0()},
+            {"height", crop.y1() - crop.y0()},
+            {"block", scene.block},
+            {"reference",
+             {{"source", scene.reference},
+              {"mse", scene.noise.mse},
+              {"relmse", scene.noise.relmse},
+              {"relmse_block", scene.noise.relmse_block}}}};
   for (const BenchVariantResult& variant : scene.variants)
     json["variants"].push_back(json_of(variant, scene.noise));
   for (std::size_t i = 1; i < scene.variants.size(); ++i) {
     const BenchVariantResult &a = scene.variants.front(), &b = scene.variants[i];
     Json comparison{{"a", a.name}, {"b", b.name}};
-    comparison["all"] = json_of(efficiency_ratio(a, b, scene.noise, std::nullopt));
+    const auto ratio = [&](std::optional<std::uint32_t> spp, Efficiency& efficient) {
+      return json_of(efficiency_ratio(a, b, scene.noise, spp, efficient));
+    };
+    comparison["all"] = ratio(std::nullopt, efficiency);
+    comparison["all_block"] = ratio(std::nullopt, block_efficiency);
     for (const BenchBias& bias : a.biases) {
-      comparison["by_spp"].push_back(
-          {{"spp", bias.spp}, {"interval", json_of(efficiency_ratio(a, b, scene.noise, bias.spp))}});
+      comparison["by_spp"].push_back({{"spp", bias.spp},
+                                      {"interval", ratio(bias.spp, efficiency)},
+                                      {"interval_block", ratio(bias.spp, block_efficiency)}});
     }
     json["efficiency_ratios"].push_back(std::move(comparison));
   }

@@ -59,14 +59,14 @@ absl::StatusOr<Picture> render(const WholeSide& side, std::uint32_t spp, std::ui
   return Picture{*cost, *std::move(image)};
 }
 
-absl::StatusOr<WholeRun> measure(const WholeSide& side, std::uint32_t spp, std::uint64_t seed,
-                                 const Scratch& scratch, std::stop_token stop) {
+absl::StatusOr<WholeRun> measure(const WholeSide& side, const CompareOptions& compared, std::uint32_t spp,
+                                 std::uint64_t seed, const Scratch& scratch, std::stop_token stop) {
   const absl::StatusOr<Picture> picture = render(side, spp, seed, scratch, std::move(stop));
   if (!picture.ok()) return picture.status();
-  const absl::StatusOr<Comparison> errors = compare_images(side.reference->image, picture->image);
+  const absl::StatusOr<Comparison> errors = compare_images(side.reference->image, picture->image, compared);
   if (!errors.ok())
     return absl::InvalidArgumentError(absl::StrCat(side.name, ": ", errors.status().message()));
-  return WholeRun{spp, seed, picture->cost, errors->relmse, errors->relmse_trimmed};
+  return WholeRun{spp, seed, picture->cost, errors->relmse, errors->relmse_trimmed, errors->relmse_block};
 }
 
 std::vector<WholeRun> runs_of(const WholeResult& result, std::uint32_t spp) {
@@ -99,7 +99,7 @@ absl::StatusOr<std::vector<WholeResult>> measure_whole(
           absl::StrCat("whole processes, ", spp, " samples a pixel, seed ", seed + 1, " of ", plan.seeds));
       for (std::size_t i = 0; i < sides.size(); ++i) {
         const std::size_t side = seed % 2 == 0 ? i : sides.size() - 1 - i;
-        absl::StatusOr<WholeRun> run = measure(sides[side], spp, seed, **scratch, stop);
+        absl::StatusOr<WholeRun> run = measure(sides[side], plan.compared(), spp, seed, **scratch, stop);
         if (!run.ok()) return run.status();
         results[side].runs.push_back(*std::move(run));
       }
@@ -117,11 +117,12 @@ absl::StatusOr<BenchReference> make_reference(const WholeSide& side, std::uint32
   return BenchReference{std::move(picture->image), {}, absl::StrCat("made here, ", spp, " samples a pixel")};
 }
 
-Interval whole_ratio(const WholeResult& a, const WholeResult& b, std::uint32_t spp) {
+Interval whole_ratio(const WholeResult& a, const WholeResult& b, std::uint32_t spp,
+                     double (WholeRun::*efficiency)() const) {
   const std::vector<WholeRun> of_a = runs_of(a, spp), of_b = runs_of(b, spp);
   std::vector<double> ratios;
   for (std::size_t i = 0; i < std::min(of_a.size(), of_b.size()); ++i)
-    ratios.push_back(of_a[i].efficiency() / of_b[i].efficiency());
+    ratios.push_back((of_a[i].*efficiency)() / (of_b[i].*efficiency)());
   return interval_of(ratios);
 }
 
@@ -132,23 +133,27 @@ std::string to_text(const std::vector<WholeResult>& results) {
   std::string text = "whole processes, from the command to the file\n";
   for (const WholeResult& result : results) {
     absl::StrAppend(&text, result.name, "; reference: ", result.reference, "\n");
-    absl::StrAppendFormat(&text, "  %6s %9s %9s %11s %11s  %s\n", "spp", "CPU s", "wall s", "less 0.1 %",
-                          "efficiency", "95 % interval");
+    absl::StrAppendFormat(&text, "  %6s %9s %9s %11s %11s %11s %11s  %s\n", "spp", "CPU s", "wall s",
+                          "less 0.1 %", "of means", "efficiency", "of means", "95 % interval");
     for (const std::uint32_t spp : counts) {
       const std::vector<WholeRun> runs = runs_of(result, spp);
       const Interval efficient = over(runs, [](const WholeRun& run) { return run.efficiency(); });
-      absl::StrAppendFormat(&text, "  %6d %9.3f %9.3f %11.4g %11.4g  %s\n", spp,
-                            over(runs, [](const WholeRun& run) { return run.cost.cpu_seconds; }).value,
-                            over(runs, [](const WholeRun& run) { return run.cost.wall_seconds; }).value,
-                            over(runs, [](const WholeRun& run) { return run.relmse_trimmed; }).value,
-                            efficient.value, ends_of(efficient));
+      absl::StrAppendFormat(
+          &text, "  %6d %9.3f %9.3f %11.4g %11.4g %11.4g %11.4g  %s\n", spp,
+          over(runs, [](const WholeRun& run) { return run.cost.cpu_seconds; }).value,
+          over(runs, [](const WholeRun& run) { return run.cost.wall_seconds; }).value,
+          over(runs, [](const WholeRun& run) { return run.relmse_trimmed; }).value,
+          over(runs, [](const WholeRun& run) { return run.relmse_block; }).value, efficient.value,
+          over(runs, [](const WholeRun& run) { return run.block_efficiency(); }).value, ends_of(efficient));
     }
   }
   for (std::size_t i = 1; i < results.size(); ++i) {
     absl::StrAppend(&text, "efficiency of ", results[0].name, " over ", results[i].name, "\n");
     for (const std::uint32_t spp : counts) {
       const Interval ratio = whole_ratio(results[0], results[i], spp);
-      absl::StrAppendFormat(&text, "  %6d spp  x %.3f  (95 %%: %s)\n", spp, ratio.value, ends_of(ratio));
+      const Interval of_means = whole_ratio(results[0], results[i], spp, &WholeRun::block_efficiency);
+      absl::StrAppendFormat(&text, "  %6d spp  x %.3f  (95 %%: %s); of means x %.3f  (95 %%: %s)\n", spp,
+                            ratio.value, ends_of(ratio), of_means.value, ends_of(of_means));
     }
   }
   return text;

@@ -34,7 +34,8 @@ absl::StatusOr<std::vector<WholeResult>> measure_whole(
 absl::StatusOr<BenchReference> make_reference(const WholeSide& side, std::uint32_t spp, std::stop_token stop);
 
 /// How many times as efficient the first is as the second, seed by seed, for one sample count.
-Interval whole_ratio(const WholeResult& a, const WholeResult& b, std::uint32_t spp);
+Interval whole_ratio(const WholeResult& a, const WholeResult& b, std::uint32_t spp,
+                     double (WholeRun::*efficiency)() const = &WholeRun::efficiency);
 
 /// A table of all sides, and how the first compares with the others.
 std::string to_text(const std::vector<WholeResult>& results);

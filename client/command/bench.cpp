@@ -164,12 +164,12 @@ absl::StatusOr<BenchReference> find_reference(const BenchOptions& options, std::
                                               const BenchVariant& variant, const Steps& steps,
                                               std::stop_token stop) {
   const std::string file = index < options.references.size() ? options.references[index] : "";
-  if (options.reference_spp == 0) return read_reference(file);
+  if (options.reference_spp == 0) return read_reference(file, options.plan.block);
   steps(absl::StrCat("reference, ", options.reference_spp, " samples a pixel"));
   absl::StatusOr<BenchReference> made =
-      make_reference(variant, options.reference_spp, options.plan.threads, stop);
+      make_reference(variant, options.reference_spp, options.plan.threads, options.plan.block, stop);
   if (!made.ok() || file.empty()) return made;
-  if (absl::Status status = write_reference(*made, file); !status.ok()) return status;
+  if (absl::Status status = write_reference(*made, options.plan.block, file); !status.ok()) return status;
   made->source += absl::StrCat(", ", file);
   return made;
 }
@@ -198,6 +198,7 @@ absl::StatusOr<BenchSceneResult> measure_scene(const BenchOptions& options, std:
   if (!reference.ok()) return reference.status();
   result.reference = reference->source;
   result.noise = reference->noise;
+  result.block = options.plan.block;
   absl::StatusOr<std::vector<BenchVariantResult>> measured = measure_variants(
       variants, *reference, options.plan, [&](const std::string& what) { steps(what); }, stop);
   if (!measured.ok()) return measured.status();
@@ -299,9 +300,10 @@ int run(BenchOptions options, Interrupt& interrupt) {
 
 /// Options that are not those of `render`, or that each of its processes gets another value of.
 std::vector<std::string> own_options() {
-  return {"--reference", "--make-reference", "--spp",       "--seeds",          "--compare",
-          "--threads",   "--whole",          "--peer",      "--peer-reference", "--against",
-          "--json",      "--plot",           "--plot-bias", "--quiet",          "--seed"};
+  return {"--reference", "--make-reference", "--spp",     "--seeds",
+          "--compare",   "--threads",        "--block",   "--whole",
+          "--peer",      "--peer-reference", "--against", "--json",
+          "--plot",      "--plot-bias",      "--quiet",   "--seed"};
 }
 
 }  // namespace
@@ -332,6 +334,11 @@ void add_bench_command(CommandLine& line) {
           "with all that can render the scene")
       .type_name("OPTION=A,B");
   command.add("--threads", options->plan.threads, "tiles rendered at once").in_range(1, 1024).with_default();
+  command
+      .add("--block", options->plan.block,
+           "side in pixels of the blocks whose means have an error of their own")
+      .in_range(1, 4096)
+      .with_default();
   command.add_flag("--whole", options->sides.whole,
                    "measure whole processes as well, from the command to the file");
   command

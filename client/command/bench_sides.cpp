@@ -61,7 +61,7 @@ absl::StatusOr<std::vector<WholeResult>> measure_sides(
 
   std::deque<BenchReference> references;  // of the peers; their places do not change
   if (scene.peer_reference) {
-    absl::StatusOr<BenchReference> read = read_reference(*scene.peer_reference);
+    absl::StatusOr<BenchReference> read = read_reference(*scene.peer_reference, plan.block);
     if (!read.ok()) return read.status();
     references.push_back(*std::move(read));
   }

@@ -61,11 +61,17 @@ MeanVariance mean_variance(const std::vector<double>& values) {
   return {mean, values.size() > 1 ? squares / (n - 1) : std::numeric_limits<double>::quiet_NaN()};
 }
 
+// Pixels of `n` that are left without the worst share, at least one.
+std::size_t kept_of(std::size_t n, double trim_percent) {
+  const auto all = static_cast<double>(n);
+  return static_cast<std::size_t>(std::max(1.0, all - std::ceil(all * trim_percent / 100)));
+}
+
 // The mean, and the mean without the worst share. Sorts.
 std::pair<double, double> means(std::vector<double>& errors, double trim_percent) {
   std::ranges::sort(errors);
   const double n = static_cast<double>(errors.size());
-  const auto kept = static_cast<std::size_t>(std::max(1.0, n - std::ceil(n * trim_percent / 100)));
+  const std::size_t kept = kept_of(errors.size(), trim_percent);
   const double rest = std::accumulate(errors.begin(), errors.begin() + std::ptrdiff_t(kept), 0.0);
   const double all = std::accumulate(errors.begin() + std::ptrdiff_t(kept), errors.end(), rest);
   return {all / n, rest / static_cast<double>(kept)};
@@ -96,6 +102,20 @@ struct Pair {
   }
 };
 
+/// Sums over the rectangles from the upper left corner; a row and a column of zeros come first.
+std::vector<double> sums_of(const std::vector<double>& values, std::size_t width) {
+  const std::size_t height = values.size() / width, stride = width + 1;
+  std::vector<double> sums(stride * (height + 1));
+  for (std::size_t y = 0; y < height; ++y) {
+    double row = 0;
+    for (std::size_t x = 0; x < width; ++x) {
+      row += values[y * width + x];
+      sums[(y + 1) * stride + x + 1] = sums[y * stride + x + 1] + row;
+    }
+  }
+  return sums;
+}
+
 void measure_errors(const Pair& pair, const CompareOptions& options, Comparison& out) {
   std::vector<double> squared, relative;
   for (std::size_t i = 0; i < pair.finite.size(); ++i) {
@@ -111,7 +131,17 @@ void measure_errors(const Pair& pair, const CompareOptions& options, Comparison&
     relative.push_back(relative_sum / 3);
   }
   std::tie(out.mse, out.mse_trimmed) = means(squared, options.trim_percent);
+  const std::vector<double> in_order = relative;
   std::tie(out.relmse, out.relmse_trimmed) = means(relative, options.trim_percent);
+  const double worst = relative[kept_of(relative.size(), options.trim_percent) - 1];
+  std::array<std::vector<double>, 3> difference = pair.test;
+  for (std::size_t i = 0, finite = 0; i < pair.finite.size(); ++i) {
+    const bool counts = pair.finite[i] && in_order[finite++] <= worst;
+    for (std::size_t c = 0; c < 3; ++c)
+      difference[c][i] = counts ? pair.test[c][i] - pair.reference[c][i] : 0;
+  }
+  out.block = options.block;
+  out.relmse_block = relmse_of_blocks(pair.reference, difference, out.width, options.block, options.epsilon);
 }
 
 // Differences of channel `c` in the block whose upper left pixel is (x, y).
@@ -175,6 +205,31 @@ double student_t_quantile(double p, double dof) {
   return high;
 }
 
+double relmse_of_blocks(const std::array<std::vector<double>, 3>& reference,
+                        const std::array<std::vector<double>, 3>& difference, int width, int block,
+                        double epsilon) {
+  const auto columns = static_cast<std::size_t>(width), side = static_cast<std::size_t>(block);
+  const std::size_t rows = reference[0].size() / columns, stride = columns + 1;
+  const auto pixels = static_cast<double>(side * side);
+  double sum = 0, terms = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const std::vector<double> references = sums_of(reference[c], columns),
+                              differences = sums_of(difference[c], columns);
+    for (std::size_t y = 0; y + side <= rows; ++y) {
+      for (std::size_t x = 0; x + side <= columns; ++x) {
+        const auto mean_of = [&](const std::vector<double>& sums) {
+          const double *const upper = &sums[y * stride + x], *const lower = upper + side * stride;
+          return (lower[side] - lower[0] - upper[side] + upper[0]) / pixels;
+        };
+        const double mean = mean_of(references), off = mean_of(differences);
+        sum += off * off / (mean * mean + epsilon);
+        ++terms;
+      }
+    }
+  }
+  return sum / terms * pixels;
+}
+
 absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& test,
                                           const CompareOptions& options) {
   const auto size = [](const Image& image) {
@@ -186,10 +241,10 @@ absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& t
     return absl::InvalidArgumentError(
         absl::StrCat("image sizes differ: ", size(reference), " and ", size(test)));
   }
-  if (options.block < 2 || reference.data.width() < options.block ||
-      reference.data.height() < options.block) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "images of ", size(reference), " are smaller than one block of ", options.block, "x", options.block));
+  for (const int block : {options.test_block, options.block}) {
+    if (std::min(reference.data.width(), reference.data.height()) >= block) continue;
+    return absl::InvalidArgumentError(
+        absl::StrCat("images of ", size(reference), " are smaller than one block of ", block, "x", block));
   }
   const Pair pair(reference, test);
   Comparison out;
@@ -199,7 +254,7 @@ absl::StatusOr<Comparison> compare_images(const Image& reference, const Image& t
   if (out.non_finite_pixels == pair.finite.size())
     return absl::InvalidArgumentError("no pixel is finite in both images");
   measure_errors(pair, options, out);
-  test_blocks(pair, options.block, out);
+  test_blocks(pair, options.test_block, out);
   return out;
 }
 
@@ -207,16 +262,18 @@ std::string to_text(const Comparison& c, const CompareOptions& options) {
   std::string text = absl::StrFormat(
       "%dx%d  non-finite pixels %d\n"
       "MSE    %.6g  (without worst %g %%: %.6g)\n"
-      "relMSE %.6g  (without worst %g %%: %.6g)  epsilon %g\n",
+      "relMSE %.6g  (without worst %g %%: %.6g)  epsilon %g\n"
+      "relMSE of means over %dx%d pixels, times %d, without worst %g %%: %.6g\n",
       c.width, c.height, c.non_finite_pixels, c.mse, options.trim_percent, c.mse_trimmed, c.relmse,
-      options.trim_percent, c.relmse_trimmed, options.epsilon);
+      options.trim_percent, c.relmse_trimmed, options.epsilon, c.block, c.block, c.block * c.block,
+      options.trim_percent, c.relmse_block);
   for (int i = 0; i < 3; ++i) {
     const ChannelBias& b = c.channels[i];
     absl::StrAppendFormat(&text, "%s  reference mean %.6g  test mean %.6g  bias %+.4f %%  t %+.2f  p %.3g\n",
                           kNames[i], b.mean_reference, b.mean_test, b.bias_percent, b.t, b.p);
   }
-  absl::StrAppendFormat(&text, "blocks %dx%d: %d; block-channel tests rejected %d of %d", options.block,
-                        options.block, c.blocks, c.blocks_rejected, c.block_tests);
+  absl::StrAppendFormat(&text, "blocks %dx%d: %d; block-channel tests rejected %d of %d", options.test_block,
+                        options.test_block, c.blocks, c.blocks_rejected, c.block_tests);
   return text;
 }
 
@@ -227,6 +284,8 @@ std::string to_json(const Comparison& c) {
                               {"relmse", c.relmse},
                               {"mse_trimmed", c.mse_trimmed},
                               {"relmse_trimmed", c.relmse_trimmed},
+                              {"block", c.block},
+                              {"relmse_block", c.relmse_block},
                               {"blocks", c.blocks}};
   for (int i = 0; i < 3; ++i) {
     const ChannelBias& b = c.channels[i];

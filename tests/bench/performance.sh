@@ -44,19 +44,21 @@ done
 
 awk '
   function row() {
-    if (name != "") printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name, cpu, whole, relmse,
-      trimmed, flip, efficient, slope, speed, share
+    if (name != "") printf "| %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s | %s |\n", name, cpu, whole,
+      relmse, trimmed, means, flip, efficient, of_means, slope, speed, share
     name = ""; slope = share = "-"; processes = 0
   }
   BEGIN {
-    print "| scene | CPU s | whole process | relMSE | less 0.1 % | FLIP | efficiency | slope | Mray/s | of the rays alone |"
-    print "|---|---|---|---|---|---|---|---|---|---|"
+    print "| scene | CPU s | whole process | relMSE | less 0.1 % | of 8x8 | FLIP | efficiency | of 8x8 | slope | " \
+      "Mray/s | of the rays alone |"
+    print "|---|---|---|---|---|---|---|---|---|---|---|---|"
   }
   / pixels, / {row(); name = $1 " (" $2 ")"}
   /^whole processes/ {processes = 1}
   # The last row of a table: the most samples.
   !processes && /^ +[0-9]+ / && NF > 9 {
-    cpu = $2; relmse = $4; trimmed = $5; flip = $6; efficient = $10; speed = $NF
+    cpu = $2; relmse = $4; trimmed = $5; means = $6; flip = $7; efficient = $11; of_means = $(NF - 1)
+    speed = $NF
   }
   processes && /^ +[0-9]+ / && NF > 5 {whole = $2}
   /slope of MSE/ {slope = $6}

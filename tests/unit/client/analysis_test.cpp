@@ -17,6 +17,7 @@ BenchRun run_of(std::uint32_t spp, std::uint64_t seed, double cpu_seconds, doubl
   run.cost.cpu_seconds = cpu_seconds;
   run.mse = mse;
   run.relmse = relmse;
+  run.relmse_block = 3 * relmse;
   return run;
 }
 
@@ -104,6 +105,21 @@ TEST(Report, NamesTheWinner) {
   EXPECT_NE(text.find("all  x 0.333"), std::string::npos) << text;
   EXPECT_NE(text.find("sampler=sobol wins"), std::string::npos) << text;
   EXPECT_NE(text.find("slope of MSE over time  -1.000"), std::string::npos) << text;
+}
+
+/// Neighbours whose errors agree: half the error of pixels, twice that of means over blocks.
+TEST(Report, TellsPixelsFromMeansOverBlocks) {
+  BenchVariantResult a = variant_of("a", -1, 1), b = variant_of("b", -1, 0.5);
+  for (BenchRun& run : b.runs) run.relmse_block *= 4;
+  EXPECT_NEAR(efficiency_ratio(a, b, {}, 4).value, 2, 1e-9);
+  EXPECT_NEAR(efficiency_ratio(a, b, {}, 4, block_efficiency).value, 0.5, 1e-9);
+  const BenchSceneResult scene{.name = "room", .reference = "", .noise = {}, .block = 4, .variants = {a, b}};
+  const std::string text = to_text(scene);
+  const std::size_t of_means = text.find("efficiency of b over a, of means over 4x4 pixels\n");
+  ASSERT_NE(of_means, std::string::npos) << text;
+  EXPECT_NE(text.find("b wins"), std::string::npos);
+  EXPECT_NE(text.find("a wins", of_means), std::string::npos);
+  EXPECT_EQ(text.find("b wins", of_means), std::string::npos);
 }
 
 TEST(Report, SaysWhenADifferenceIsNotSignificant) {

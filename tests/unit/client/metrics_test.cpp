@@ -103,6 +103,36 @@ TEST(Metrics, EqualImagesHaveNoError) {
   EXPECT_EQ(c->channels[1].p, 1);
 }
 
+/// relMSE of means over blocks, times their pixels: errors that agree count as often as there are pixels, and
+/// those that cancel not at all.
+TEST(Metrics, BlocksTellWhetherErrorsOfNeighboursAgree) {
+  Image reference = noise(1, 40, 32), agreeing, cancelling;
+  for (Channel& channel : reference.channels) std::ranges::fill(channel.values, 1.0f);
+  agreeing = cancelling = reference;
+  for (std::size_t c = 0; c < 3; ++c) {
+    for (std::size_t i = 0; i < reference.pixel_count(); ++i) {
+      agreeing.channels[c].values[i] += 0.125f;
+      cancelling.channels[c].values[i] += (i % 40 + i / 40) % 2 == 0 ? 0.125f : -0.125f;
+    }
+  }
+  constexpr double kOfPixels = 0.125 * 0.125 / 1.01;
+  for (const int block : {1, 2, 8}) {
+    CompareOptions options;
+    options.block = block;
+    const absl::StatusOr<Comparison> a = compare_images(reference, agreeing, options),
+                                     b = compare_images(reference, cancelling, options);
+    ASSERT_TRUE(a.ok() && b.ok());
+    expect_close(a->relmse, kOfPixels);
+    expect_close(b->relmse, kOfPixels);
+    expect_close(a->relmse_block, kOfPixels * block * block);
+    EXPECT_NEAR(b->relmse_block, block == 1 ? kOfPixels : 0, 1e-12);
+  }
+  CompareOptions options;
+  options.block = 33;
+  EXPECT_THAT(compare_images(reference, agreeing, options).status().message(),
+              HasSubstr("smaller than one block of 33x33"));
+}
+
 TEST(Metrics, OneBlockIsEnough) {
   const Image image = noise(1, 16, 16);
   const absl::StatusOr<Comparison> same = compare_images(image, image);
@@ -145,6 +175,8 @@ TEST(Metrics, TextAndJsonHaveTheNumbers) {
   const nlohmann::json json = nlohmann::json::parse(to_json(c));
   EXPECT_EQ(json["size"], (std::vector<int>{40, 35}));
   EXPECT_EQ(json["relmse"], c.relmse);
+  EXPECT_EQ(json["block"], 8);
+  EXPECT_EQ(json["relmse_block"], c.relmse_block);
   EXPECT_EQ(json["channels"]["G"]["bias"], c.channels[1].bias);
   EXPECT_EQ(json["blocks_rejected"], 1);
 }
