@@ -278,8 +278,7 @@ class BuiltScene final : public RenderScene {
       return;
     }
     tables_.shared_caution = pilot.caution();
-    if (group_.count() == static_cast<int>(kGroupSize) && tables_.sampler.kind == SamplerKind::kSobol)
-      tables_.sampler.kind = SamplerKind::kGroupSobol;
+    if (tables_.sampler.kind == SamplerKind::kSobol) tables_.sampler.kind = SamplerKind::kGroupSobol;
   }
 
   /// Prepares what an algorithm without phases makes of the scene alone.
@@ -350,21 +349,17 @@ class BuiltScene final : public RenderScene {
     }
     const FilmSize size{static_cast<std::uint32_t>(tables_.camera.width),
                         static_cast<std::uint32_t>(tables_.camera.height)};
-    if (scatters()) {
-      ScatterTile film(result, tables_.filter, tables_.sampler.seed + tile.seed_offset, counts, group_, size);
+    if (scatters() || group_.count() > 1) {
+      ScatterTile film(result, scatters() ? &tables_.filter : nullptr,
+                       tables_.sampler.seed + tile.seed_offset, counts, group_, size);
       const std::uint64_t samples = stats.samples;
       const bool finished = integrator->render(film, film, stop);
-      // Those of the border are none of the picture's.
+      // Those of the border, and of neighbours beyond it, are none of the picture's.
       stats.samples = std::accumulate(result.counts.begin(), result.counts.end(), samples);
       return finished;
     }
-    FixedTile film(result, counts, group_, size);
-    const std::uint64_t samples = stats.samples;
-    const bool finished = integrator->render(film, film, stop);
-    // Those of neighbours beyond the tile are none of the picture's.
-    if (group_.count() > 1)
-      stats.samples = std::accumulate(result.counts.begin(), result.counts.end(), samples);
-    return finished;
+    FixedTile film(result, counts);
+    return integrator->render(film, film, stop);
   }
 
   const Kernel& kernel_;

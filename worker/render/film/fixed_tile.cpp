@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cassert>
-#include <iterator>
 
 #include "render/film/pixel_order.h"
 
@@ -15,34 +14,19 @@ constexpr std::uint32_t kTogether = 4;
 
 }  // namespace
 
-FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts, PixelGroup group, FilmSize film)
-    : result_(result),
-      group_pixels_(group),
-      channels_(static_cast<std::size_t>(
-          std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
-      sums_(result) {
-  const std::uint32_t width = rect().width(), height = result.y1 - result.y0;
-  const std::uint32_t all = result.sample_end - result.sample_begin;
-  const std::vector<PixelPlace> pixels = groups_in(result.x0, result.y0, width, height, group);
-  // Pixels of a packet take the same number of samples.
-  const auto samples_of = [&](std::size_t first) {
+FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts) : result_(result), sums_(result) {
+  const std::uint32_t width = rect().width(), all = result.sample_end - result.sample_begin;
+  const auto samples_of = [&](std::uint32_t pixel) {
     return counts == nullptr
                ? all
-               : std::min(all, counts->at(result.x0 + pixels[first].x, result.y0 + pixels[first].y));
+               : std::min(all, counts->at(result.x0 + pixel % width, result.y0 + pixel / width));
   };
-  const std::size_t size = packet_of(group);
-  std::vector<std::size_t> firsts;
-  for (std::size_t first = 0; first < pixels.size(); first += size) firsts.push_back(first);
-  if (counts != nullptr) std::ranges::stable_sort(firsts, {}, samples_of);
-  for (const std::size_t first : firsts) {
-    for (const auto [x, y] : std::span(pixels).subspan(first, size)) {
-      order_.push_back(x < width && y < height ? y * width + x : kBeyond);
-      const std::uint32_t film_x = result.x0 + x, film_y = result.y0 + y;
-      places_.push_back({film_x, film_y, 0, film.reaches(film_x, film_y, 0, 0) ? 0 : kUnsampled});
-    }
-    const std::uint32_t samples = samples_of(first);
+  order_ = z_order(width, result.y1 - result.y0);
+  if (counts != nullptr) std::ranges::stable_sort(order_, {}, samples_of);
+  for (std::size_t i = 0; i < order_.size(); ++i) {
+    const std::uint32_t samples = samples_of(order_[i]);
     if (groups_.empty() || groups_.back().samples != samples) groups_.push_back({0, samples});
-    groups_.back().end = order_.size();
+    groups_.back().end = i + 1;
   }
   std::ranges::reverse(groups_);
 }
@@ -54,21 +38,18 @@ std::size_t FixedTile::next(std::span<SampleName> names) {
     count_ = 0;
     if (!groups_.empty() && first_ == groups_.back().end) groups_.pop_back();
     if (groups_.empty()) return 0;
-    const std::size_t whole = packet_of(group_pixels_);
     const std::size_t usual = names.size() / std::min(groups_.back().samples, kTogether);
-    count_ = std::min(std::max(usual / whole, std::size_t{1}) * whole, groups_.back().end - first_);
+    count_ = std::min(std::max(usual, std::size_t{1}), groups_.back().end - first_);
     taken_ = 0;
-    own_.clear();
-    std::ranges::copy_if(std::span(order_).subspan(first_, count_), std::back_inserter(own_),
-                         [](std::uint32_t pixel) { return pixel != kBeyond; });
-    sums_.begin_pixels(own_);
+    sums_.begin_pixels(std::span(order_).subspan(first_, count_));
   }
   const auto fit = static_cast<std::uint32_t>(names.size() / count_);
   const std::uint32_t end = taken_ + std::min(fit, groups_.back().samples - taken_);
   SampleName* name = names.data();
   for (; taken_ < end; ++taken_) {
-    for (const SampleName& place : std::span(places_).subspan(first_, count_)) {
-      *name++ = {place.x, place.y, result_.sample_begin + taken_, place.stream};
+    for (const std::uint32_t pixel : std::span(order_).subspan(first_, count_)) {
+      *name++ = {result_.x0 + pixel % rect().width(), result_.y0 + pixel / rect().width(),
+                 result_.sample_begin + taken_, 0};
     }
   }
   return static_cast<std::size_t>(name - names.data());
@@ -77,19 +58,7 @@ std::size_t FixedTile::next(std::span<SampleName> names) {
 FilmRect FixedTile::rect() const { return {result_.x0, result_.y0, result_.x1, result_.y1}; }
 
 void FixedTile::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
-  for (std::size_t i = 0; i < names.size(); i += count_) {
-    if (own_.size() == count_) {
-      sums_.add_sample(planes + i, stride);
-      continue;
-    }
-    planes_.clear();
-    for (std::size_t c = 0; c < channels_; ++c) {
-      for (std::size_t k = 0; k < count_; ++k) {
-        if (order_[first_ + k] != kBeyond) planes_.push_back(planes[c * stride + i + k]);
-      }
-    }
-    sums_.add_sample(planes_.data(), own_.size());
-  }
+  for (std::size_t i = 0; i < names.size(); i += count_) sums_.add_sample(planes + i, stride);
 }
 
 void FixedTile::splat(std::span<const Splat>) { assert(!"only passes take light that lands anywhere"); }

@@ -19,35 +19,25 @@ class FixedTile final : public SampleSource, public Film {
   /// `result` has its rectangle, sample range and channels set; counts and values are filled in as pixels are
   /// finished. With `counts`, which outlive the tile, pixels take the first samples of the range, as many as
   /// these say; else all of them.
-  explicit FixedTile(wire::TileResult& result, const SampleCounts* counts = nullptr, PixelGroup group = {},
-                     FilmSize film = {});
+  explicit FixedTile(wire::TileResult& result, const SampleCounts* counts = nullptr);
 
   std::size_t next(std::span<SampleName> names) override;
-  PixelGroup group() const override { return group_pixels_; }
   FilmRect rect() const override;
   void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
   void splat(std::span<const Splat> splats) override;
 
  private:
-  /// In place of a pixel's number: none of the tile's.
-  static constexpr std::uint32_t kBeyond = ~0u;
-
   const wire::TileResult& result_;
-  const PixelGroup group_pixels_;
-  const std::size_t channels_;  // that come with samples
   TileAccumulator sums_;
   /// Pixels that take the same number of samples.
   struct Group {
     std::size_t end;  // of its pixels, in the order
     std::uint32_t samples;
   };
-  std::vector<std::uint32_t> order_;   // of the tile's pixels, group by group; kBeyond: of none
-  std::vector<SampleName> places_;     // of the film, in that order
+  std::vector<std::uint32_t> order_;   // of the tile's pixels, group by group
   std::vector<Group> groups_;          // that are left, the next one last
   std::size_t first_ = 0, count_ = 0;  // pixels at hand
   std::uint32_t taken_ = 0;            // samples of each of these
-  std::vector<std::uint32_t> own_;     // of these, pixels of the tile
-  std::vector<float> planes_;          // samples of those alone
 };
 
 }  // namespace tessera::render

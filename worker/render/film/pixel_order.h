@@ -23,15 +23,24 @@ struct PixelPlace {
 /// rectangle.
 std::size_t packet_of(const PixelGroup& group);
 
+inline std::uint32_t cell_width_of(const PixelGroup& group) { return group.width * group.step; }
+inline std::uint32_t cell_height_of(const PixelGroup& group) { return group.height * group.step; }
+
+/// Where the cells of groups lie on the film's grid, and which pixels of a cell are one group, for the
+/// samples of one number.
+struct GroupGrid {
+  std::uint32_t x = 0, y = 0;  // the upper left corner of a cell, below the cell's size
+  std::uint64_t draw = 0;
+};
+
+/// Returns the grid of a sample's number. Over the numbers, corners are the points of a (0,2)-sequence: each
+/// pixel has been at all places of a cell equally often, so what groups have in common makes no pattern.
+GroupGrid grid_of(const PixelGroup& group, std::uint64_t seed, std::uint32_t sample);
+
 /// Returns all pixels of the packets that have any in a rectangle of `width` x `height` pixels whose corner
-/// is (left, top) on the film's grid, modulo 2^32; packet after packet, and in these group after group, in
-/// cells along a Z-order curve.
-///
-/// A group's pixels lie in the same column of all blocks of the cell. The row is drawn by a hash for each
-/// block, so that light which a group shares makes no regular pattern. Columns are not drawn, nor, of cells
-/// more than two blocks high, rows of blocks along the upper and lower edge one by one, and a packet holds
-/// groups of one column: fewer packets then reach into a border that is one pixel wide.
+/// is (left, top) on the film's grid, modulo 2^32 (below 2^31 either side); packet after packet, and in these
+/// group after group, in cells along a Z-order curve.
 std::vector<PixelPlace> groups_in(std::uint32_t left, std::uint32_t top, std::uint32_t width,
-                                  std::uint32_t height, const PixelGroup& group);
+                                  std::uint32_t height, const PixelGroup& group, const GroupGrid& grid = {});
 
 }  // namespace tessera::render

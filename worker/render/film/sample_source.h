@@ -35,9 +35,9 @@ struct CommonPlaces {
   const float *x, *y;
 };
 
-/// A group of pixels, one from each of `width` x `height` blocks of step x step pixels. These blocks make a
-/// cell of the film's grid, which step x step groups fill. Sizes of cells divide wire::kNoiseBlock. Members
-/// whose pixel is beyond the film, and beyond the border that filters reach, are not sampled.
+/// A group of pixels: one of each place in blocks of `width` x `height` pixels, from any of the step x step
+/// blocks of a cell, which as many groups fill (pixel_order.h). Sizes of cells divide wire::kNoiseBlock.
+/// Members whose pixel is beyond the film, and beyond the border that filters reach, are not sampled.
 struct PixelGroup {
   std::uint32_t width = 1, height = 1, step = 1;
 

@@ -66,9 +66,6 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     const UInt px = bit_cast<std::uint32_t>(name.c[0]), py = bit_cast<std::uint32_t>(name.c[1]),
                stream = bit_cast<std::uint32_t>(name.c[3]);
     SampleKey key = sample_key(config, px, py, bit_cast<std::uint32_t>(name.c[2]));
-    if (config.kind == SamplerKind::kGroupSobol)
-      key.pixel = Sampler::group_key(of_first_in_group(key.pixel, group),
-                                     UInt::iota(0) & (static_cast<std::uint32_t>(group) - 1));
     key.pixel = Sampler::stream_hash(key.pixel, stream);
     const Sampler sampler(scene_.sampler.kind, key.pixel, key.reversed_sample);
 

@@ -33,9 +33,22 @@ TESSERA_INLINE SampleKey z_order_key(const SamplerConfig& config, UInt x, UInt y
 
 }  // namespace detail
 
+namespace detail {
+
+/// The pixels of a square of kGroupSize share a sequence, in which squares within it follow each other.
+TESSERA_INLINE UInt square_key(std::uint64_t seed, UInt x, UInt y) {
+  static_assert(kGroupSize == 16);
+  const UInt member = spread_bits(x & 3u) | (spread_bits(y & 3u) * 2u);
+  return Sampler::group_key(Sampler::pixel_hash(seed, x & ~3u, y & ~3u), member);
+}
+
+}  // namespace detail
+
 /// The key of a pixel's sample; `sample` is below 2^config.sample_bits where there are any.
 TESSERA_INLINE SampleKey sample_key(const SamplerConfig& config, UInt x, UInt y, UInt sample) {
   if (config.kind == SamplerKind::kZSobol) return detail::z_order_key(config, x, y, sample);
+  if (config.kind == SamplerKind::kGroupSobol)
+    return {detail::square_key(config.seed, x, y), reverse_bits(sample)};
   return {Sampler::pixel_hash(config.seed, x, y), reverse_bits(sample)};
 }
 

@@ -8,7 +8,6 @@
 
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
-#include "unit/render/film/pixel_groups.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::render {
@@ -58,32 +57,6 @@ TEST(FixedTile, TakesEverySampleOnceAndSumsTheSameBitsInAnyBatch) {
     for (const std::uint32_t count : result.counts) EXPECT_EQ(count, 13u);
     if (expected.empty()) expected = result.values;
     EXPECT_EQ(result.values, expected) << "batches of " << batch;
-  }
-}
-
-/// Groups are of the film's grid, whole, and one after the other; what lies beyond the tile is dropped.
-TEST(FixedTile, AsksForWholeGroupsOfNeighbours) {
-  wire::TileResult alone = empty_result(3, 5, 20, 16, 8, 21);
-  FixedTile single(alone);
-  render_all(single, 1024);
-  for (const PixelGroup group : test::kGroups) {
-    const test::GroupMap groups(group);
-    for (const std::size_t batch : {16u, 100u, 1024u}) {
-      wire::TileResult result = empty_result(3, 5, 20, 16, 8, 21);
-      FixedTile film(result, nullptr, group, {20, 17});
-      EXPECT_EQ(film.group().count(), group.count());
-      const std::vector<SampleName> names = render_all(film, batch);
-      const auto count = static_cast<std::size_t>(group.count());
-      ASSERT_EQ(names.size() % count, 0u);
-      for (std::size_t i = 0; i < names.size(); ++i) {
-        const SampleName& first = names[i / count * count];
-        EXPECT_EQ(groups.of(names[i]), groups.of(first));
-        EXPECT_EQ(names[i].index, first.index);
-        EXPECT_EQ(names[i].stream, names[i].x < 20 && names[i].y < 17 ? 0 : kUnsampled);
-      }
-      EXPECT_EQ(result.values, alone.values) << group.count() << ", batches of " << batch;
-      EXPECT_EQ(result.counts, alone.counts);
-    }
   }
 }
 

@@ -77,7 +77,7 @@ wire::TileResult rendered(const FilmRect& rect, const SampleCounts* counts, cons
     FixedTile film(result, counts);
     render(film, shade, batch);
   } else {
-    ScatterTile film(result, *filter, seed, counts);
+    ScatterTile film(result, filter, seed, counts);
     render(film, shade, batch);
   }
   return result;

@@ -9,14 +9,14 @@
 
 namespace tessera::render::test {
 
-/// Side by side, and every other pixel.
+/// Side by side, and spread.
 inline constexpr PixelGroup kGroups[] = {{2, 2}, {4, 2}, {4, 4}, {2, 2, 2}, {4, 2, 2}, {4, 4, 2}};
 
 /// Numbers of the groups of pixels of a small film and of a border around it.
 class GroupMap {
  public:
-  explicit GroupMap(const PixelGroup& group) {
-    const std::vector<PixelPlace> places = groups_in(0 - kBorder, 0 - kBorder, kSide, kSide, group);
+  explicit GroupMap(const PixelGroup& group, const GroupGrid& grid = {}) {
+    const std::vector<PixelPlace> places = groups_in(0 - kBorder, 0 - kBorder, kSide, kSide, group, grid);
     for (std::size_t i = 0; i < places.size(); ++i) {
       if (places[i].x < kSide && places[i].y < kSide)
         groups_[places[i].y * kSide + places[i].x] = i / static_cast<std::size_t>(group.count());

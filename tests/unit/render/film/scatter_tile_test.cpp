@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "render/film/filter_value.h"
+#include "render/film/fixed_tile.h"
 #include "unit/render/film/pixel_groups.h"
 #include "wire/aov_channels.h"
 
@@ -48,7 +49,8 @@ float rough(const SampleName& name, std::size_t plane) {
 float even(const SampleName&, std::size_t) { return 1; }
 
 /// Renders all that is asked for, in batches of that size at most; returns how many samples there were.
-std::size_t render(ScatterTile& film, Shade shade, std::size_t batch = 1024) {
+template <class SourceAndFilm>
+std::size_t render(SourceAndFilm& film, Shade shade, std::size_t batch = 1024) {
   std::vector<SampleName> names(batch);
   std::vector<float> planes(kPlanes * batch);
   std::size_t all = 0;
@@ -63,7 +65,7 @@ std::size_t render(ScatterTile& film, Shade shade, std::size_t batch = 1024) {
 
 wire::TileResult rendered(const PixelFilterRecord& filter, wire::TileResult result, Shade shade,
                           std::size_t batch = 1024) {
-  ScatterTile film(result, filter, kSeed);
+  ScatterTile film(result, &filter, kSeed);
   render(film, shade, batch);
   return result;
 }
@@ -72,7 +74,7 @@ wire::TileResult rendered(const PixelFilterRecord& filter, wire::TileResult resu
 std::map<std::uint32_t, std::pair<float, float>> places_of(std::uint32_t samples) {
   wire::TileResult result = empty_result(0, 0, 1, 1, 0, samples);
   const PixelFilterRecord filter = filter_of(FilterKind::kBox, 0.5f);
-  ScatterTile film(result, filter, kSeed);
+  ScatterTile film(result, &filter, kSeed);
   std::map<std::uint32_t, std::pair<float, float>> places;
   std::vector<SampleName> names(16);
   const std::vector<float> planes(kPlanes * 16);
@@ -137,38 +139,58 @@ TEST(ScatterTile, APixelIsTheWeightedSumOfTheSamplesAroundIt) {
   }
 }
 
+/// Groups are of the film's grid, others for each sample number, whole, and one after the other. Samples may
+/// go into several pixels or stay in their own.
 TEST(ScatterTile, AsksForWholeGroupsOfNeighboursForTheSamePicture) {
-  const PixelFilterRecord filter = filter_of(FilterKind::kTriangle, 2);
+  const PixelFilterRecord tent = filter_of(FilterKind::kTriangle, 2);
   const SampleCounts counts{{0, 0, 3, 2}, {8, 12, 8, 16, 8, 12}, false};
   constexpr FilmSize kSize{20, 14};
-  for (const SampleCounts* const some : {static_cast<const SampleCounts*>(nullptr), &counts}) {
-    wire::TileResult alone = empty_result(1, 2, 19, 13, 0, 16);
-    ScatterTile single(alone, filter, kSeed, some);
-    render(single, rough);
-    for (const PixelGroup group : test::kGroups) {
-      const test::GroupMap groups(group);
-      wire::TileResult result = empty_result(1, 2, 19, 13, 0, 16);
-      ScatterTile film(result, filter, kSeed, some, group, kSize);
-      std::vector<SampleName> names(100);
-      std::vector<float> planes(kPlanes * names.size());
-      const auto whole = static_cast<std::size_t>(group.count());
-      while (const std::size_t count = film.next(names)) {
-        ASSERT_EQ(count % whole, 0u);
-        for (std::size_t i = 0; i < count; ++i) {
-          const SampleName& first = names[i / whole * whole];
-          EXPECT_EQ(groups.of(names[i]), groups.of(first));
-          EXPECT_EQ(names[i].index, first.index);
-          const bool sampled = kSize.reaches(names[i].x, names[i].y, 2, 2);
-          EXPECT_EQ(names[i].stream, sampled ? 0 : kUnsampled);
-          for (std::size_t c = 0; c < kPlanes; ++c)
-            planes[c * names.size() + i] = sampled ? rough(names[i], c) : std::nanf("");
+  for (const PixelFilterRecord* const filter : {static_cast<const PixelFilterRecord*>(nullptr), &tent}) {
+    const std::uint32_t reach = filter == nullptr ? 0 : 2;
+    for (const SampleCounts* const some : {static_cast<const SampleCounts*>(nullptr), &counts}) {
+      wire::TileResult alone = empty_result(1, 2, 19, 13, 0, 16);
+      ScatterTile single(alone, filter, kSeed, some);
+      render(single, rough);
+      for (const PixelGroup group : test::kGroups) {
+        std::vector<test::GroupMap> groups;
+        for (std::uint32_t number = 0; number < 16; ++number)
+          groups.emplace_back(group, grid_of(group, kSeed, number));
+        wire::TileResult result = empty_result(1, 2, 19, 13, 0, 16);
+        ScatterTile film(result, filter, kSeed, some, group, kSize);
+        EXPECT_EQ(film.group().count(), group.count());
+        EXPECT_EQ(film.places() == nullptr, filter == nullptr);
+        std::vector<SampleName> names(100);
+        std::vector<float> planes(kPlanes * names.size());
+        const auto whole = static_cast<std::size_t>(group.count());
+        while (const std::size_t count = film.next(names)) {
+          ASSERT_EQ(count % whole, 0u);
+          for (std::size_t i = 0; i < count; ++i) {
+            const SampleName& first = names[i / whole * whole];
+            EXPECT_EQ(groups.at(first.index).of(names[i]), groups.at(first.index).of(first));
+            EXPECT_EQ(names[i].index, first.index);
+            const bool sampled = kSize.reaches(names[i].x, names[i].y, reach, reach);
+            EXPECT_EQ(names[i].stream, sampled ? 0 : kUnsampled);
+            for (std::size_t c = 0; c < kPlanes; ++c)
+              planes[c * names.size() + i] = sampled ? rough(names[i], c) : std::nanf("");
+          }
+          film.add(std::span(names).first(count), planes.data(), names.size());
         }
-        film.add(std::span(names).first(count), planes.data(), names.size());
+        EXPECT_EQ(result.values, alone.values) << group.count();
+        EXPECT_EQ(result.counts, alone.counts);
       }
-      EXPECT_EQ(result.values, alone.values) << group.count();
-      EXPECT_EQ(result.counts, alone.counts);
     }
   }
+}
+
+/// The sums are those of FixedTile.
+TEST(ScatterTile, WithoutAFilterAPixelHasItsOwnSamplesAlone) {
+  wire::TileResult expected = empty_result(3, 5, 20, 16, 8, 21), result = expected;
+  FixedTile fixed(expected);
+  ScatterTile film(result, nullptr, kSeed, nullptr, {4, 4, 2}, {20, 17});
+  render(fixed, rough);
+  render(film, rough);
+  EXPECT_EQ(result.values, expected.values);
+  EXPECT_EQ(result.counts, expected.counts);
 }
 
 TEST(ScatterTile, TakesEverySampleOfTileAndBorderOnceInAnyBatch) {
@@ -176,7 +198,7 @@ TEST(ScatterTile, TakesEverySampleOfTileAndBorderOnceInAnyBatch) {
   std::vector<float> expected;
   for (const std::size_t batch : {5u, 100u, 1024u}) {
     wire::TileResult result = empty_result(0, 8, 17, 16, 8, 21);
-    ScatterTile film(result, filter, kSeed);
+    ScatterTile film(result, &filter, kSeed);
     EXPECT_EQ(render(film, rough, batch), 13u * (17 + 4) * (8 + 4));
     if (expected.empty()) expected = result.values;
     EXPECT_EQ(result.values, expected) << "batches of " << batch;
