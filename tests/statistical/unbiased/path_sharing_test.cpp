@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
 #include "render/build/sharing_pilot.h"
 #include "support/long_form.h"
 #include "support/picture/scene_file.h"
@@ -349,13 +350,97 @@ TEST(PathSharing, GoesOnBesideMediaThatNobodyMeets) {
   EXPECT_EQ(rendered(text, "path"), rendered(text + kFog, "volpath"));
 }
 
+TEST(PathSharing, APilotKnowsHowMuchOfAGroupABlockHas) {
+  // Side by side, a pixel at each place of the block as often as any: the chance of being in its cell, times
+  // that of being in the block, summed over the three others of a cell of 2 x 2.
+  const double apart = (1 - 1 / 8.0) * 0.5;
+  EXPECT_NEAR(render::others_in_block({2, 2, 1}), (1 + 2 * apart) * (1 + 2 * apart) - 1, 1e-12);
+  // Spread wider, fewer are near.
+  EXPECT_LT(render::others_in_block({4, 4, 2}), render::others_in_block({4, 4, 1}));
+  EXPECT_LT(render::others_in_block({4, 4, 4}), 15 / 4.0);
+  EXPECT_EQ(render::others_in_block({1, 1, 1}), 0);
+}
+
+/// Where all pixels see the same, the squared difference of two pixels two apart is the same at all places of
+/// a grid of 8, and pixels two apart agree no more than neighbours do: nothing shows of groups.
+TEST(PathSharing, LeavesNoStructure) {
+  constexpr std::uint32_t kSide = 34, kPhases = 8;
+  const int renders = long_form() ? 256 : 24;
+  // A light near a wall behind the camera: what pixels see hardly differs, and what lies behind that does.
+  const std::string text = absl::StrCat(R"(
+  camera { perspective { fov_degrees: 4 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }
+  materials { name: 'walls' diffuse { reflectance { constant { constant: 0.7 } } } }
+  lights { point { position { x: 0.3 y: 0.2 z: -0.7 } intensity { constant: 6 } } }
+  shapes { sphere { radius: 1 } material: 'walls' }
+  film { width: )",
+                                        kSide, " height: ", kSide, " filter { kind: BOX } }");
+  for (const std::uint32_t samples : {4u, 16u}) {
+    SceneJob job;
+    job.settings.set_spp(samples);
+    job.settings.set_max_depth(4);
+    job.settings.set_path_sharing(v1::PATH_SHARING_16);
+    const auto file = load_scene_text(text, job, render::supported_isas().front());
+    ASSERT_TRUE(file.ok()) << file.status();
+    std::vector<std::vector<double>> pictures;
+    double mean = 0;
+    for (int i = 0; i < renders; ++i) {
+      render::RenderStats stats;
+      const auto tile = file->scene->render_tile(
+          {0, 0, kSide, kSide, 0, samples, static_cast<std::uint64_t>(i)}, {}, stats);
+      ASSERT_TRUE(tile.ok()) << tile.status();
+      pictures.emplace_back(tile->values.begin(), tile->values.begin() + kSide * kSide);
+      for (const double value : pictures.back()) mean += value / (renders * double{kSide} * kSide);
+    }
+    // By picture: squared differences by axis and phase, and how much more pixels agree two apart than one.
+    std::vector<double> sum(2 * kPhases + 2), squares = sum;
+    for (const std::vector<double>& picture : pictures) {
+      std::vector<double> values(sum.size());
+      for (const std::size_t axis : {0u, 1u}) {
+        const auto at = [&](std::uint32_t along, std::uint32_t across) {
+          return picture[axis == 0 ? across * kSide + along : along * kSide + across] - mean;
+        };
+        constexpr std::uint32_t kPlaces = (kSide - 2) / kPhases * kPhases;
+        for (std::uint32_t across = 0; across < kSide; ++across) {
+          for (std::uint32_t along = 0; along < kPlaces; ++along) {
+            const double here = at(along, across), next = at(along + 1, across),
+                         second = at(along + 2, across);
+            values[axis * kPhases + along % kPhases] += (second - here) * (second - here);
+            values[2 * kPhases + axis] += here * (second - next);
+          }
+        }
+      }
+      for (std::size_t i = 0; i < values.size(); ++i)
+        sum[i] += values[i], squares[i] += values[i] * values[i];
+    }
+    const auto mean_of = [&](std::size_t i) { return sum[i] / renders; };
+    const auto error_of = [&](std::size_t i) {
+      return std::sqrt((squares[i] / renders - mean_of(i) * mean_of(i)) / (renders - 1));
+    };
+    for (const std::size_t axis : {0u, 1u}) {
+      double all = 0;
+      for (std::size_t k = 0; k < kPhases; ++k) all += mean_of(axis * kPhases + k) / kPhases;
+      EXPECT_GT(all, 0);
+      for (std::size_t k = 0; k < kPhases; ++k) {
+        // 32 values: once in thousands of runs at 4.5 standard errors, of 23 degrees of freedom.
+        EXPECT_NEAR(mean_of(axis * kPhases + k), all, 4.5 * error_of(axis * kPhases + k))
+            << samples << " samples, axis " << axis << ", phase " << k;
+        EXPECT_LT(error_of(axis * kPhases + k), 0.1 * all) << "too noisy to tell anything";
+      }
+      EXPECT_LT(mean_of(2 * kPhases + axis), 4.5 * error_of(2 * kPhases + axis)) << "a weave";
+    }
+  }
+}
+
 /// By itself, light is shared where it pays: a convex thing under the sky has no second surfaces.
 TEST(PathSharing, APilotDecides) {
   const auto rendered = [](const std::string& things, v1::PathSharing sharing) {
     SceneJob job;
     job.settings.set_spp(kSamples);
     job.settings.set_path_sharing(sharing);
-    auto file = load_scene_text(scene_text(things, "kind: BOX"), job, render::supported_isas().front());
+    // Pixels of so small a film that looks at all of a room have little in common: it looks at a part.
+    const std::string text =
+        absl::StrReplaceAll(scene_text(things, "kind: BOX"), {{"fov_degrees: 70", "fov_degrees: 15"}});
+    auto file = load_scene_text(text, job, render::supported_isas().front());
     EXPECT_TRUE(file.ok()) << file.status();
     render::RenderStats stats;
     const auto tile = file->scene->render_tile({0, 0, kWidth, kHeight, 0, kSamples}, {}, stats);
@@ -371,11 +456,12 @@ TEST(PathSharing, APilotDecides) {
   EXPECT_EQ(alone.second,
             "pixels do not share light: a pilot finds 1.00 times the efficiency (standard error 0 %)");
   // Pilots found these: for 8 pixels in coffee and in cornell-box, and by chance in first-light, whose
-  // gain is 0.7.
+  // gain is 0.7. What is gained for pixels may be lost for means over blocks.
   EXPECT_FALSE((render::SharingPilot{.noise = 0.968, .rays = 1.325}.pays()));
-  EXPECT_GT((render::SharingPilot{.noise = 0.180, .rays = 1.695}.gain()), 2);
+  EXPECT_GT((render::SharingPilot{.noise = 0.180, .rays = 1.695, .noise_of_blocks = 0.7}.gain()), 1.6);
   EXPECT_TRUE((render::SharingPilot{.noise = 0.180, .rays = 1.695, .error = 0.3}.pays()));
   EXPECT_FALSE((render::SharingPilot{.noise = 0.686, .rays = 1.19, .error = 0.37}.pays()));
+  EXPECT_FALSE((render::SharingPilot{.noise = 0.5, .rays = 1.4, .noise_of_blocks = 1.1}.pays()));
 }
 
 }  // namespace

@@ -4,10 +4,10 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
-#include <numeric>
 #include <vector>
 
 #include "render/film/noise_pilot.h"
+#include "render/film/pixel_order.h"
 
 namespace tessera::render {
 namespace {
@@ -19,8 +19,8 @@ constexpr std::size_t kWorst = 3;
 /// CPU time of a ray to a neighbour, with the BSDFs at its ends, over that of a ray of paths, with all that
 /// is done for it.
 constexpr double kCostOfJoin = 1.0;
-/// Gain below which pixels stay alone: whole groups at borders of tiles take a tenth more samples.
-constexpr double kLeastGain = 1.1;
+/// Gain below which pixels stay alone.
+constexpr double kLeastGain = 1.05;
 
 /// Factor of the root in caution(), which stands for the costs that it leaves out, and the most that is
 /// taken: both by error x time on scenes [docs/decisions/0062-path-sharing.md].
@@ -65,12 +65,9 @@ class Blocks final : public SampleSource, public Film {
   }
   void splat(std::span<const Splat> splats) override { pilots_[current_]->splat(splats); }
 
-  std::vector<double> errors() const {
-    std::vector<double> errors;
-    for (const auto& pilot : pilots_) {
-      const PilotBlock block = pilot->result().values.front();
-      errors.push_back(double{block.error[0]} + double{block.error[1]});
-    }
+  std::vector<NoisePilot::Errors> errors() const {
+    std::vector<NoisePilot::Errors> errors;
+    for (const auto& pilot : pilots_) errors.push_back(pilot->errors());
     return errors;
   }
 
@@ -80,23 +77,43 @@ class Blocks final : public SampleSource, public Film {
   std::size_t current_ = 0;
 };
 
-/// The quotient of the sums of `b` and `a` over the blocks `counted`, all but `without`.
-double quotient(const std::vector<double>& a, const std::vector<double>& b,
-                const std::vector<std::size_t>& counted, std::size_t without) {
-  double sum_a = 0, sum_b = 0;
-  for (const std::size_t i : counted) {
-    if (i != without) sum_a += a[i], sum_b += b[i];
+/// relMSE of pixels, and of means over blocks times their pixels, in one place of the film or several.
+struct Noise {
+  double pixels = 0, blocks = 0;
+
+  Noise& operator+=(const Noise& more) {
+    pixels += more.pixels, blocks += more.blocks;
+    return *this;
   }
-  return sum_a > 0 ? sum_b / sum_a : 1;
+};
+/// That of pixels alone, and of those that share.
+struct Noises {
+  Noise alone, shared;
+
+  Noises& operator+=(const Noises& more) {
+    alone += more.alone, shared += more.shared;
+    return *this;
+  }
+  double quotient(double Noise::*part) const { return alone.*part > 0 ? shared.*part / alone.*part : 1; }
+  /// The geometric mean of the quotients.
+  double quotient() const { return std::sqrt(quotient(&Noise::pixels) * quotient(&Noise::blocks)); }
+};
+
+/// The sum over all places but for `without`.
+Noises sum_of(const std::vector<Noises>& places, std::size_t without) {
+  Noises sum;
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    if (i != without) sum += places[i];
+  }
+  return sum;
 }
 
-/// The standard error of the logarithm of that quotient: the jackknife over blocks [Efron 1982].
-double error_of_quotient(const std::vector<double>& a, const std::vector<double>& b,
-                         const std::vector<std::size_t>& counted) {
-  const auto n = static_cast<double>(counted.size());
+/// The standard error of the logarithm of the sum's quotient(): the jackknife over places [Efron 1982].
+double error_of_sum(const std::vector<Noises>& places) {
+  const auto n = static_cast<double>(places.size());
   double sum = 0, squares = 0;
-  for (const std::size_t i : counted) {
-    const double x = std::log(std::max(quotient(a, b, counted, i), 1e-9));
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    const double x = std::log(std::max(sum_of(places, i).quotient(), 1e-9));
     sum += x, squares += x * x;
   }
   return std::sqrt(std::max((n - 1) * (squares / n - sum / n * (sum / n)), 0.0));
@@ -104,7 +121,27 @@ double error_of_quotient(const std::vector<double>& a, const std::vector<double>
 
 }  // namespace
 
-double SharingPilot::gain() const { return 1 / (noise * (1 + kCostOfJoin * (rays - 1))); }
+double others_in_block(const PixelGroup& group) {
+  constexpr int kBlock = SharingPilot::kBlock;
+  const auto within = [](int apart, std::uint32_t side) {
+    return std::max(0.0, 1 - std::abs(apart) / static_cast<double>(side));
+  };
+  double sum = 0;
+  for (int y = 1 - kBlock; y < kBlock; ++y) {
+    for (int x = 1 - kBlock; x < kBlock; ++x) {
+      const bool same_place =
+          x % static_cast<int>(group.width) == 0 && y % static_cast<int>(group.height) == 0;
+      if (!same_place)
+        sum += within(x, kBlock) * within(y, kBlock) * within(x, cell_width_of(group)) *
+               within(y, cell_height_of(group));
+    }
+  }
+  return sum / (group.step * group.step);
+}
+
+double SharingPilot::gain() const {
+  return 1 / (std::sqrt(noise * noise_of_blocks) * (1 + kCostOfJoin * (rays - 1)));
+}
 
 bool SharingPilot::pays() const { return gain() >= kLeastGain && gain() * std::exp(-error) > 1; }
 
@@ -116,7 +153,7 @@ float SharingPilot::caution() const {
 
 SharingPilot make_sharing_pilot(const Algorithm& algorithm, const SceneTables& scene, const RayQuery& rays,
                                 const Prepared* prepared, bool scatters, PixelGroup group) {
-  std::vector<double> errors[2];
+  std::vector<NoisePilot::Errors> errors[2];
   double asked[2];
   for (const bool shared : {false, true}) {
     RenderStats stats;
@@ -125,17 +162,24 @@ SharingPilot make_sharing_pilot(const Algorithm& algorithm, const SceneTables& s
     errors[shared] = blocks.errors();
     asked[shared] = static_cast<double>(stats.rays());
   }
-  std::vector<std::size_t> counted(errors[0].size());
-  std::iota(counted.begin(), counted.end(), std::size_t{0});
-  std::ranges::sort(counted, {}, [&](std::size_t i) { return errors[0][i] + errors[1][i]; });
-  counted.resize(counted.size() - kWorst);
   if (asked[0] == 0) return {};
-  double alone = 0;
-  for (const std::size_t i : counted) alone += errors[0][i];
-  return {.noise = quotient(errors[0], errors[1], counted, errors[0].size()),
+  // What the pixels of a group have in common is all that their mean has beyond what independent ones have.
+  const double others = others_in_block(group) / (group.count() - 1);
+  std::vector<Noises> places;
+  for (std::size_t i = 0; i < errors[0].size(); ++i) {
+    const auto noise_of = [others](const NoisePilot::Errors& found) {
+      return Noise{found.pixel, found.pixel + others * (found.group - found.pixel)};
+    };
+    places.push_back({noise_of(errors[0][i]), noise_of(errors[1][i])});
+  }
+  std::ranges::sort(places, {}, [](const Noises& place) { return place.alone.pixels + place.shared.pixels; });
+  places.resize(places.size() - kWorst);
+  const Noises all = sum_of(places, places.size());
+  return {.noise = all.quotient(&Noise::pixels),
           .rays = asked[1] / asked[0],
-          .alone = alone / static_cast<double>(2 * counted.size()),  // the two halves of blocks
-          .error = error_of_quotient(errors[0], errors[1], counted)};
+          .noise_of_blocks = all.quotient(&Noise::blocks),
+          .alone = all.alone.pixels / static_cast<double>(places.size()),
+          .error = error_of_sum(places)};
 }
 
 }  // namespace tessera::render

@@ -9,10 +9,15 @@ namespace tessera::render {
 /// Noise (relMSE) and number of rays of pixels that share, over those of pixels alone, in a pilot.
 struct SharingPilot {
   double noise = 1, rays = 1;
-  double alone = 0;  // relMSE of pixels alone, a sample
-  double error = 0;  // standard error of the logarithm of `noise`
+  double noise_of_blocks = 1;  // of means over blocks of kBlock x kBlock pixels
+  double alone = 0;            // relMSE of pixels alone, a sample
+  double error = 0;            // standard error of the logarithm of the geometric mean of both noises
 
-  /// Returns the efficiency (1 / (relMSE x CPU time)) with sharing over that without.
+  /// What is looked at from afar, filtered or denoised is made of areas like these.
+  static constexpr int kBlock = 8;
+
+  /// Returns the efficiency (1 / (relMSE x CPU time)) with sharing over that without: the geometric mean of
+  /// those of pixels and of blocks.
   double gain() const;
   /// Whether that is a gain, and not by chance.
   bool pays() const;
@@ -22,6 +27,10 @@ struct SharingPilot {
   /// pixel alone, and its share of the costs to be that of any scene.
   float caution() const;
 };
+
+/// Returns how many of the other pixels of a pixel's group are in a block with it, on the average over places
+/// of the block.
+double others_in_block(const PixelGroup& group);
 
 /// Renders blocks all over the film twice, with the same paths: alone, and shared by `group`. Few samples are
 /// enough, because the noise of both is correlated. The result depends on the scene and its view, and not on

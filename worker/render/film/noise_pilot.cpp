@@ -144,6 +144,51 @@ void NoisePilot::add(std::span<const SampleName> names, const float* planes, std
   }
 }
 
+NoisePilot::Color NoisePilot::mean_of(std::span<const Pixel> pixels) {
+  const auto seen = static_cast<double>(std::ranges::count_if(pixels, &Pixel::in_film));
+  Color mean{};
+  for (const Pixel& pixel : pixels) {
+    if (!pixel.in_film) continue;
+    for (std::size_t c = 0; c < kColors; ++c)
+      mean[c] += (pixel.sums[0][c] + pixel.sums[1][c]) / (2 * double{kTogether} * seen);
+  }
+  return mean;
+}
+
+NoisePilot::Errors NoisePilot::errors() const {
+  Errors errors;
+  double seen = 0;
+  const auto size = static_cast<std::size_t>(group_.count());
+  for (const Block& block : opened_) {
+    const Color mean = mean_of(std::span(pixels_).subspan(block.begin, block.end - block.begin));
+    const auto relative = [&](const Color& apart) {
+      double sum = 0;
+      for (std::size_t c = 0; c < kColors; ++c)
+        sum += apart[c] * apart[c] / (2 * double{kTogether} * (mean[c] * mean[c] + wire::kPilotDarkness));
+      return sum / kColors;
+    };
+    for (std::size_t first = block.begin; first < block.end; first += size) {
+      Color of_group{};
+      double members = 0;
+      for (std::size_t i = first; i < first + size; ++i) {
+        const Pixel& pixel = pixels_[i];
+        if (!pixel.in_film) continue;
+        ++members;
+        Color apart;
+        for (std::size_t c = 0; c < kColors; ++c) {
+          apart[c] = pixel.sums[0][c] - pixel.sums[1][c];
+          of_group[c] += apart[c];
+        }
+        errors.pixel += relative(apart);
+      }
+      errors.group += relative(of_group);
+      seen += members;
+    }
+  }
+  if (seen > 0) errors.pixel /= seen, errors.group /= seen;
+  return errors;
+}
+
 /// The variance of a pixel's samples is that of the means of its two streams, which are independent: half the
 /// square of what lies between them, times the samples of each. Means of several samples see what evenly
 /// distributed ones gain.
@@ -155,13 +200,7 @@ Pilot NoisePilot::result() const {
     const auto group = static_cast<std::size_t>(group_.count());
     const std::size_t halves[] = {0, (pixels.size() / group + 1) / 2 * group, pixels.size()};
     const double samples = kTogether;
-    const auto seen = static_cast<double>(std::ranges::count_if(pixels, &Pixel::in_film));
-    std::array<double, kColors> mean{};
-    for (const Pixel& pixel : pixels) {
-      if (!pixel.in_film) continue;
-      for (std::size_t c = 0; c < kColors; ++c)
-        mean[c] += (pixel.sums[0][c] + pixel.sums[1][c]) / (2 * samples * seen);
-    }
+    const Color mean = mean_of(pixels);
     PilotBlock& found = pilot.values[block];
     for (std::size_t half = 0; half < 2; ++half) {
       double error = 0, count = 0;

@@ -40,6 +40,12 @@ class NoisePilot final : public SampleSource, public Film {
 
   /// Returns what was found, when all samples have come.
   Pilot result() const;
+  /// relMSE of a pixel's samples, and that of a group's means times its pixels: the same where these are
+  /// independent.
+  struct Errors {
+    double pixel = 0, group = 0;
+  };
+  Errors errors() const;
 
  private:
   static constexpr std::size_t kColors = 3;  // the first channels: R, G, B
@@ -55,7 +61,10 @@ class NoisePilot final : public SampleSource, public Film {
     std::uint32_t samples = 0;
   };
 
+  using Color = std::array<double, kColors>;
   void open_block(std::uint32_t block, FilmSize film);
+  /// The mean over those of the pixels that are of the film.
+  static Color mean_of(std::span<const Pixel> pixels);
   void make_places(std::uint64_t seed);
 
   const FilmRect blocks_;
