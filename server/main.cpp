@@ -65,6 +65,8 @@ struct Options {
   std::string bits = "same";
   std::string order = "first-come";
   double unit_seconds = 10;
+  double unconfirmed_percent = 5;
+  double class_patience_seconds = 600;
   std::string new_certificates;  // a folder; empty: none are made
   std::vector<std::string> hosts, users;
   tessera::server::WebhookOptions webhooks;
@@ -206,6 +208,24 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("SECONDS")
       .in_range(0, 3600)
       .with_default();
+  command
+      .add("--unconfirmed-share", options.unconfirmed_percent,
+           "per cent of a picture that may rest on one worker's certificate, unless another confirms it")
+      .type_name("PERCENT")
+      .in_range(0, 100)
+      .with_default();
+  command
+      .add("--class", options.coordinator.classes,
+           "arithmetic class (tessera workers) that you vouch for: jobs of same bits may be bound to it "
+           "before "
+           "results have confirmed it; may be repeated")
+      .type_name("CLASS");
+  command
+      .add("--class-patience", options.class_patience_seconds,
+           "seconds without a worker of its class, until a job is rendered anew in another one")
+      .type_name("SECONDS")
+      .in_range(0, 1e9)
+      .with_default();
   command.group("Defaults of jobs");
   command
       .add("--bits", options.bits,
@@ -280,6 +300,9 @@ tessera::server::CoordinatorOptions coordinator_options(const Options& options) 
   result.order =
       options.order == "fair" ? tessera::server::JobOrder::kFair : tessera::server::JobOrder::kFirstCome;
   result.longest_run = std::chrono::milliseconds(static_cast<std::int64_t>(options.unit_seconds * 1e3));
+  result.unconfirmed_share = options.unconfirmed_percent / 100;
+  result.class_patience =
+      std::chrono::milliseconds(static_cast<std::int64_t>(options.class_patience_seconds * 1e3));
   result.keep_fetched = std::chrono::seconds(static_cast<std::int64_t>(options.keep_days * 86400));
   result.keep_unfetched =
       std::chrono::seconds(static_cast<std::int64_t>(options.keep_unfetched_days * 86400));

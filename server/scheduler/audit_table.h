@@ -21,6 +21,7 @@ struct Audit {
   Opinions opinions;                  // the accepted result's first
   std::string arithmetic_class = {};  // of the accepted result: others do not compare
   bool lost = false;                  // whoever was asked did not answer
+  std::string asked_of = {};  // the identity whose opinion is to be the second; empty: whoever comes first
 
   /// A second opinion is asked for once, whatever becomes of it; who decides between two is asked until
   /// somebody does.

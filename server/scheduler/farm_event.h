@@ -32,6 +32,9 @@ struct FarmEvent {
     kSceneFault = 18,  // as kUnitFailed, and the worker says that the scene is at fault
     kClassNoted =
         17,  // host, value: number of the first result from which on its are of the class; text: the class
+    kUnconfirmed = 26,  // value: number of units that rest on identities which no other confirmed, at its end
+    kClassConfirmed = 22,  // host: an identity that computes in a class, as another one has shown; text: the
+                           // class. Of the whole farm
     // unit: the first of a run, value: how many units it has, host, text: as of one. None of them is to blame
     // alone.
     kRunFailed = 20,

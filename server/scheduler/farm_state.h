@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <string>
 #include <utility>
@@ -17,6 +18,7 @@
 #include "scheduler/farm_event.h"
 #include "scheduler/lease_table.h"
 #include "scheduler/scheduler_types.h"
+#include "scheduler/spot_table.h"
 #include "scheduler/turn_order.h"
 #include "scheduler/unit_ledger.h"
 #include "scheduler/worker_pace.h"
@@ -28,6 +30,21 @@ struct HostRecord {
   std::set<std::uint32_t> failed_units;  // that failed here and nowhere else
   std::uint32_t bars = 0;                // how often it was taken out; success clears it
   Time barred_until{};
+};
+
+/// What units of the latest results cost on one thread of a usual worker, in ms. Of one identity so few count
+/// that those of others are always among them.
+class LatestCosts {
+ public:
+  static constexpr std::size_t kKept = 16, kKeptOfOne = 4, kFewest = 3;
+
+  void add(const std::string& identity, double unit_ms);
+  /// The median of what others have returned; none where that is less than kFewest results.
+  std::optional<double> of_others(const std::string& identity) const;
+  void clear() { latest_.clear(); }
+
+ private:
+  std::vector<std::pair<std::size_t, double>> latest_;  // hash of the identity, cost; the oldest first
 };
 
 struct FarmJob {
@@ -53,6 +70,7 @@ struct FarmJob {
   std::uint32_t revision = 0;
   Time mean_duration{0};    // of a lease, from grant to result, moving average; 0 before the first result
   double mean_cost_ms = 0;  // of one unit on one thread of a usual worker, likewise
+  LatestCosts latest_costs;
   // The same of a unit of each tile, as in its latest result; 0: not known. Empty where a tile is one unit.
   std::vector<float> tile_cost_ms;
   JobPace pace;
@@ -60,9 +78,11 @@ struct FarmJob {
   std::uint32_t adopted = 0;  // results taken over
   std::string adopted_from;
   ClassHistory classes{request.bound};
-  // The class that most threads of the farm have, as of a revision of the census.
+  // The class that it would be bound to, as of a revision of the census.
   mutable std::uint64_t census_revision = 0;
   mutable std::string best_class;
+  mutable std::optional<Time> settling_since;  // when a unit was first withheld for that choice
+  std::optional<Time> forsaken_since;          // since when no worker of its class is there
 
   absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
   // Units of runs that failed or were lost: the longest run that they may be part of.
@@ -74,6 +94,10 @@ struct FarmJob {
   std::set<HostNumber> renderers;   // of accepted results
   AuditTable audits;                // that wait or are made
   std::set<std::uint32_t> audited;  // first units of results of which a second opinion was asked once
+  SpotTable spots;                  // that wait or are rendered
+  std::map<std::string, Standing> standings;                // of identities
+  absl::flat_hash_map<std::uint32_t, std::string> alarms;   // first unit of a result -> whose spot differed
+  std::uint32_t units_unconfirmed = 0;                      // at its end (Checks::unconfirmed_units)
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end
@@ -88,18 +112,23 @@ struct FarmWorker {
   bool draining = false;
   Time last_seen{};
   WorkerPace pace{};
-  double slowness = 1;       // how long its units take, relative to the usual worker
-  std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
-  std::uint64_t units = 0;   // in hand
-  bool isolated = false;     // holds a dangerous unit, and so nothing else
-  bool counted = false;      // in the census
+  double slowness = 1;        // how long its units take, relative to the usual worker
+  std::int64_t load_ms = 0;   // work in hand, as a usual worker would need on one thread
+  std::uint64_t units = 0;    // in hand
+  bool isolated = false;      // holds a dangerous unit, and so nothing else
+  bool counted = false;       // in the census
+  std::uint32_t threads = 1;  // that count where the farm is considered: as claimed, or as measured
+  // Time in which it held leases, and of that what its results say that its threads worked.
+  Time busy{0}, busy_until{0};
+  double worked_ms = 0;
+  std::uint32_t measured_results = 0;
 };
 
 struct FarmState {
   static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
 
   explicit FarmState(const SchedulerOptions& scheduler_options)
-      : options(scheduler_options), turns(options.order) {}
+      : options(scheduler_options), turns(options.order), census(options.classes) {}
 
   /// A new event, for the caller to fill in.
   FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
@@ -116,14 +145,15 @@ struct FarmState {
   absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene;  // the same, by digest
   absl::flat_hash_map<std::string, std::set<std::uint64_t>> awaiting;  // open jobs, by the one they await
   std::set<std::uint64_t> auditing;                                    // open jobs with audits to make
+  std::set<std::uint64_t> checking;                                    // open jobs with spots to render
   std::set<std::uint64_t> endangered;                                  // open jobs with dangerous units
   std::set<std::string> freeing;  // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, FarmWorker> workers;
   std::uint64_t workers_added = 0;
-  std::uint64_t threads = 0;  // of all workers
+  std::uint64_t threads = 0;  // of all workers (FarmWorker::threads)
   UsualPace usual_pace;
-  std::size_t results_since_comparison = 0;       // of workers' paces
-  std::map<std::string, std::size_t> identities;  // that answer for the workers, and for how many
+  std::size_t results_since_comparison = 0;                 // of workers' paces
+  std::map<std::string, std::set<std::string>> identities;  // that answer for workers -> ids of these
   ClassCensus census;
   Time settled_at{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
   LeaseTable leases;

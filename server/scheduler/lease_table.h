@@ -31,6 +31,8 @@ struct Lease {
   Time granted_at{};
   Time deadline{};
   bool audit = false;          // the units are done; this is a second opinion
+  std::uint32_t spot = 0;      // of this part of them alone (spot.h); 0: of all
+  double part = 1;             // of the units' work
   std::int64_t charge_ms = 0;  // of work, as expected when it was granted; for fair shares
   Time expected_end{};         // when its result ought to come, from what is known of job and worker
 };

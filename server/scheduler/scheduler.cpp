@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
 #include "wire/arithmetic_class.h"
+#include "wire/limits.h"
 
 namespace tessera::server {
 namespace {
@@ -23,6 +24,7 @@ absl::Status no_such_worker(std::string_view id) {
 absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   if (info.host.empty()) info.host = info.name;
   if (info.classes.empty()) info.classes = info.supported_isas;
+  info.threads = std::clamp(info.threads, 1u, wire::kMaxLeasesPerWorker);
   const std::string id = info.id;
   const std::string identity = identity_of(info.host);
   const std::uint32_t threads = info.threads;
@@ -32,8 +34,9 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
       state_.workers.emplace(id, FarmWorker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
   state_.threads += threads;
-  ++state_.identities[identity];
+  state_.identities[identity].insert(id);
   FarmWorker& worker = state_.workers.at(id);
+  worker.threads = threads;
   if (!state_.census.has(worker.info.classes)) state_.settled_at = now + state_.options.settle;
   classes_.count(worker);
   return absl::OkStatus();
@@ -88,11 +91,12 @@ void Scheduler::drop_worker(std::string_view id) {
   const std::string worker(id);
   for (const LeaseId lease : state_.leases.of_worker(worker)) book_.drop(lease);
   const auto found = state_.workers.find(worker);
-  state_.threads -= found->second.info.threads;
+  state_.threads -= found->second.threads;
   const auto identity = state_.identities.find(identity_of(found->second.info.host));
-  if (--identity->second == 0) state_.identities.erase(identity);
+  identity->second.erase(worker);
+  if (identity->second.empty()) state_.identities.erase(identity);
   state_.freeing.erase(worker);
-  if (found->second.counted) state_.census.remove(found->second.info);
+  if (found->second.counted) state_.census.remove(found->second.info, found->second.threads);
   state_.workers.erase(found);
   state_.results_since_comparison =
       state_.workers.size();  // the next one is compared with those that are left
@@ -142,9 +146,9 @@ absl::StatusOr<HeartbeatDecision> Scheduler::heartbeat(std::string_view worker_i
     const std::optional<UnitRun> units = job.ok() ? units_of(**job, token) : std::nullopt;
     const bool current = units && steps_.check_inputs(**job, token).ok();
     const std::optional<LeaseId> lease = current ? book_.find_own(**job, *units, worker_id) : std::nullopt;
-    if (lease) {
+    if (lease && state_.leases.get(*lease).spot == token.spot()) {
       state_.leases.refresh(*lease, now + book_.lease_time());
-    } else if (!current || !leasing_.take_up(**worker, **job, *units, token, now)) {
+    } else if (!current || token.spot() != 0 || !leasing_.take_up(**worker, **job, *units, token, now)) {
       decision.revoked.push_back(token);
     }
   }
@@ -160,7 +164,7 @@ absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& t
   const std::optional<LeaseId> lease = book_.find(**job, token, worker_id);
   if (!lease) return absl::OkStatus();  // given up before: somebody else is at it
   faults_.fail(**job, *lease, report, now);
-  settle(**job);
+  settle(**job, now);
   return absl::OkStatus();
 }
 
@@ -171,7 +175,7 @@ void Scheduler::blame_losses(const std::vector<WorkerInfo>& lost, Time now) {
     for (const LeaseId id : state_.leases.of_worker(worker.id)) {
       if (!state_.leases.contains(id)) continue;  // its job ended over another of these units
       FarmJob& job = *state_.jobs.at(state_.leases.get(id).job);
-      if (faults_.blame_loss(id, worker, now)) settle(job);
+      if (faults_.blame_loss(id, worker, now)) settle(job, now);
     }
   }
 }
@@ -191,15 +195,42 @@ Expiry Scheduler::advance(Time now) {
   for (const WorkerInfo& lost : expiry.lost_workers) drop_worker(lost.id);
   while (const std::optional<LeaseId> lease = state_.leases.expired(now)) book_.drop(*lease);
   expiry.lost_leases = static_cast<std::uint32_t>(before - state_.leases.size());
+  for (const auto& [number, job] : state_.jobs) {
+    if (job->open()) bind_anew(*job, now);
+  }
   // Those who could have given second opinions may be gone.
   const std::set<std::uint64_t> auditing = state_.auditing;
   for (const std::uint64_t number : auditing) {
     FarmJob& job = *state_.jobs.at(number);
     job.audits.erase_if([](std::uint32_t, const Audit& audit) { return audit.is_over(); });
-    settle(job);
+    settle(job, now);
     if (job.audits.empty()) state_.auditing.erase(number);
   }
+  std::set<std::uint64_t> checking = state_.checking;
+  checking.insert(auditing.begin(), auditing.end());
+  for (const std::uint64_t number : checking) {
+    FarmJob& job = *state_.jobs.at(number);
+    if (job.open()) checks_.review(job, now);
+    settle(job, now);
+  }
   return expiry;
+}
+
+/// A job whose class has died out is rendered in another one; its results would be of two.
+void Scheduler::bind_anew(FarmJob& job, Time now) {
+  if (job.held() || !classes_.is_forsaken(job)) return job.forsaken_since.reset();
+  if (!job.forsaken_since) job.forsaken_since = now;
+  const Time patience = job.units.done() == 0 ? book_.lease_time() : state_.options.class_patience;
+  if (now - *job.forsaken_since < patience) return;
+  const std::string gone = job.classes.bound();
+  const std::uint32_t done = job.units.done();
+  steps_.revoke_all(job);
+  if (job.audits.empty()) state_.auditing.erase(job.number);
+  job.forsaken_since.reset();
+  classes_.unbind(job);
+  state_.note(job, absl::StrCat("no worker of class ", gone, " is left",
+                                done == 0 ? "" : absl::StrCat("; ", done, " units are done again"),
+                                " in another class"));
 }
 
 // ---------------------------------------------------------------- results
@@ -231,6 +262,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   if (units) {
     if (absl::Status status = steps_.check_inputs(**known, token); !status.ok()) return status;
   }
+  if (units && token.spot() != 0) return spot_result(**known, worker, token, result, now);
   if (units && token.generation() == (*known)->request.generation && any_done(**known, *units)) {
     return late_result(**known, worker, *units, token, result, now);
   }
@@ -244,8 +276,12 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   classes_.bind(job, *classes_.class_for(worker, job));
 
   // Every lease of the units is over; this one's duration counts for the averages.
-  if (const std::optional<LeaseId> lease = book_.find(job, token, worker_id)) {
-    paces_.measure(job, worker, state_.leases.get(*lease), result, now);
+  std::optional<Time> lasted;
+  bool doubtful = false;
+  if (const std::optional<LeaseId> id = book_.find(job, token, worker_id)) {
+    const Lease& lease = state_.leases.get(*id);
+    if (lease.epoch == state_.options.epoch) lasted = now - lease.granted_at;
+    doubtful = paces_.measure(job, worker, lease, result, now);
   }
   const AcceptedResult accepted{.fingerprint = result.fingerprint,
                                 .sequence = ++job.results,
@@ -264,11 +300,27 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
   job.state = v1::RUNNING;
   worker.units_done += units->count;
   audits_.ask(job, accepted);
+  checks_.note(job, accepted, result.spot, doubtful, now);
   const std::uint32_t was_open = job.units.open_end();
   steps_.open(job);
-  const CompleteDecision decision{.sequence = job.results, .opened = job.units.open_end() > was_open};
-  settle(job);
+  const CompleteDecision decision{.lasted = lasted,
+                                  .threads = worker.info.threads,
+                                  .sequence = job.results,
+                                  .opened = job.units.open_end() > was_open};
+  settle(job, now);
   return decision;
+}
+
+/// The result of a part of units that are done: whoever asked for it is told, and nobody else.
+CompleteDecision Scheduler::spot_result(FarmJob& job, FarmWorker& worker, const v1::LeaseToken& token,
+                                        const DeliveredResult& result, Time now) {
+  const std::optional<LeaseId> id = book_.find(job, token, worker.info.id);
+  if (!id || state_.leases.get(*id).spot != token.spot()) return {.duplicate = true};
+  if (job.spots.find(token.unit_index()) != nullptr)
+    checks_.compare(job, worker, token.unit_index(), result.fingerprint);
+  if (state_.leases.contains(*id)) book_.drop(*id);
+  settle(job, now);
+  return {.duplicate = true};
 }
 
 bool Scheduler::any_done(const FarmJob& job, const UnitRun& units) {
@@ -290,7 +342,8 @@ absl::StatusOr<CompleteDecision> Scheduler::late_result(FarmJob& job, FarmWorker
   if (lease) paces_.measure(job, worker, state_.leases.get(*lease), result, now);
   const Audits::Comparison found =
       audits_.compare(job, worker, job.units.result(units.first), result.fingerprint);
-  if (found.heard) settle(job);
+  if (found.confirmed) checks_.confirm(job, job.units.result(units.first), worker.info.host);
+  if (found.heard) settle(job, now);
   if (lease && state_.leases.contains(*lease)) book_.drop(*lease);
   if (!found.comparable || found.equal) return CompleteDecision{.duplicate = true};
   return absl::AlreadyExistsError(

@@ -12,6 +12,7 @@
 #include "absl/status/statusor.h"
 #include "scheduler/farm_state.h"
 #include "scheduler/policy/audits.h"
+#include "scheduler/policy/checks.h"
 #include "scheduler/policy/classes.h"
 #include "scheduler/policy/eligibility.h"
 #include "scheduler/policy/faults.h"
@@ -41,10 +42,13 @@ namespace tessera::server {
 /// - Faults: a unit that failed goes to another host where there is one, and is set aside after kMaxFailures
 /// (unit_failures.h);
 ///   a host on which that many units fail that fail nowhere else is taken out of that job for a while.
-/// - Arithmetic: a job is bound to the arithmetic class that most threads of the farm have when its first
-///   units are given out, or to none (JobRequest::any_class). Results are compared within a class only.
+/// - Arithmetic: a job is bound to one arithmetic class of the farm when its first units are given out
+///   (ClassCensus::best), or to none (JobRequest::any_class). Results are compared within a class only. A job
+///   whose class has died out is rendered anew in another one.
 /// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is
-///   wrong is in quarantine from then on, and what it did for open jobs is done again. One identity
+///   wrong is in quarantine from then on, and what it did for open jobs is done again. Where identities are
+///   proven, spots of results are rendered by others, too, and no more than a share of a picture rests on an
+///   identity that no other has confirmed (Checks). One identity
 ///   (identity.h) has one vote, and ends no job and sets no unit aside as long as another one has not been
 ///   asked.
 class Scheduler {
@@ -178,8 +182,11 @@ class Scheduler {
   absl::StatusOr<CompleteDecision> late_result(Job& job, Worker& worker, const UnitRun& units,
                                                const v1::LeaseToken& token, const DeliveredResult& result,
                                                Time now);
+  CompleteDecision spot_result(Job& job, Worker& worker, const v1::LeaseToken& token,
+                               const DeliveredResult& result, Time now);
   void blame_losses(const std::vector<WorkerInfo>& lost, Time now);
   void drop_worker(std::string_view id);
+  void bind_anew(Job& job, Time now);
 
   // ---- scheduler_jobs.cpp
   absl::StatusOr<Job*> find_job(std::string_view id);
@@ -187,7 +194,7 @@ class Scheduler {
   /// kFailedPrecondition where the job is over.
   absl::StatusOr<Job*> find_open_job(std::string_view id);
   /// Ends the job when nothing of it is left to do. Audits that nobody can make are given up.
-  void settle(Job& job);
+  void settle(Job& job, Time now);
 
   FarmState state_;
   // Each leans on those before it.
@@ -200,8 +207,9 @@ class Scheduler {
   Faults faults_{state_, trust_, eligibility_, book_, course_};
   Steps steps_{state_, book_, faults_};
   Audits audits_{state_, trust_, classes_, eligibility_, book_, steps_};
-  Paces paces_{state_};
-  Leasing leasing_{state_, trust_, classes_, eligibility_, runs_, book_, audits_};
+  Paces paces_{state_, classes_};
+  Checks checks_{state_, classes_, eligibility_, book_, audits_};
+  Leasing leasing_{state_, trust_, classes_, eligibility_, runs_, book_, audits_, checks_};
 };
 
 }  // namespace tessera::server

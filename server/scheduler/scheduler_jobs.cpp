@@ -91,7 +91,7 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from,
   FarmEvent& event = state_.record(FarmEvent::Kind::kAdopted, job.request.id);
   event.value = job.adopted;
   event.text = from;
-  settle(job);
+  settle(job, Time{0});
   return absl::OkStatus();
 }
 
@@ -173,10 +173,16 @@ absl::Status Scheduler::forget_job(std::string_view id) {
   return absl::OkStatus();
 }
 
-void Scheduler::settle(FarmJob& job) {
+void Scheduler::settle(FarmJob& job, Time now) {
   if (!job.open() || !job.units.settled()) return;
+  checks_.review(job, now);
   audits_.give_up(job);
-  if (!job.audits.empty()) return;
+  if (!job.audits.empty() || !job.spots.empty()) return;
+  if (const std::uint32_t unconfirmed = checks_.unconfirmed_units(job);
+      unconfirmed != job.units_unconfirmed) {
+    job.units_unconfirmed = unconfirmed;
+    state_.record(FarmEvent::Kind::kUnconfirmed, job.request.id).value = unconfirmed;
+  }
   if (job.units.set_aside() == 0) return course_.end(job, v1::DONE, "");
   course_.end(job, job.units.done() == 0 ? v1::FAILED : v1::INCOMPLETE, faults_.what_is_missing(job));
 }
@@ -204,6 +210,7 @@ absl::StatusOr<JobView> Scheduler::job(std::string_view id) const {
                .set_aside = {},
                .audits = static_cast<std::uint32_t>(job.audited.size()),
                .audits_out = static_cast<std::uint32_t>(job.audits.out()),
+               .units_unconfirmed = job.open() ? checks_.unconfirmed_units(job) : job.units_unconfirmed,
                .units_adopted = job.adopted,
                .adopted_from = job.adopted_from,
                .classes = job.classes.all(),

@@ -40,6 +40,10 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     state_.distrusted.erase(event.host);
     return absl::OkStatus();
   }
+  if (event.kind == Kind::kClassConfirmed) {
+    state_.census.confirm(event.text, event.host);
+    return absl::OkStatus();
+  }
   const absl::StatusOr<FarmJob*> found = find_job(event.job);
   if (!found.ok()) return found.status();
   FarmJob& job = **found;
@@ -74,6 +78,9 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
       job.adopted = static_cast<std::uint32_t>(event.value);
       job.adopted_from = event.text;
       break;
+    case Kind::kUnconfirmed:
+      job.units_unconfirmed = static_cast<std::uint32_t>(event.value);
+      break;
     case Kind::kClassNoted:
       job.classes.note(event.host, static_cast<std::uint32_t>(event.value), event.text);
       break;
@@ -100,7 +107,8 @@ absl::Status Scheduler::restored(std::string_view id) {
     faults_.judge_unit(job, unit);
   }
   audits_.restored(job);
-  settle(job);
+  checks_.restored(job);
+  settle(job, Time{0});
   return absl::OkStatus();
 }
 

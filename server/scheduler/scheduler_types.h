@@ -4,10 +4,12 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "scheduler/lease_table.h"
+#include "scheduler/spot_table.h"
 #include "scheduler/turn_order.h"
 #include "scheduler/unit_ledger.h"
 #include "scheduler/work_plan.h"
@@ -25,13 +27,19 @@ struct SchedulerOptions {
   Time short_run{100};       // one that is always worth a lease of its own
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   JobOrder order = JobOrder::kFirstCome;
-  std::uint64_t epoch = 1;  // of the coordinator; part of every token
+  std::uint64_t epoch = 1;          // of the coordinator; part of every token
+  double unconfirmed_share = 0.05;  // of a job's units, that may rest on an identity which no other confirmed
+  double spot_work = 0.0175;        // part of a job's work, that is spent on spots of results
   // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a
   // restart.
   std::string audit_key = {};
   // A job is bound to an arithmetic class only when no worker of a new one has come for so long: of workers
   // that are started together, the first is not to decide for all.
   Time settle{0};
+  // Arithmetic classes that the operator vouches for.
+  std::vector<std::string> classes = {};
+  // A job that has results is bound anew when no worker of its class was there for so long.
+  Time class_patience{600'000};
 };
 
 struct JobRequest {
@@ -84,6 +92,7 @@ struct JobView {
   std::vector<SetAsideView> set_aside;  // the first kMaxListed
   std::uint32_t audits = 0;             // units that a second host was asked to render too
   std::uint32_t audits_out = 0;         // those at which one is now
+  std::uint32_t units_unconfirmed = 0;  // that rest on identities which no other has confirmed
   std::uint32_t units_adopted = 0;      // taken over from another job
   std::string adopted_from;
   std::vector<std::string> classes = {};  // of its results, that of the bound first (ClassHistory::all)
@@ -146,6 +155,7 @@ struct DeliveredResult {
   // How much there was to do in it, in a measure by which units of one job differ less than by their cost
   // (rays that were traced); 0: not known.
   std::uint64_t work = 0;
+  Spot spot = {};
 };
 
 /// A result that another job has of the same pixels and samples.
@@ -157,6 +167,10 @@ struct AdoptedResult {
 };
 
 struct CompleteDecision {
+  // How long the lease was out, on how many threads at most; none where it began before this coordinator
+  // did, or is not known any more.
+  std::optional<Time> lasted = {};
+  std::uint32_t threads = 1;
   bool duplicate = false;      // the same result was accepted before: nothing changed
   std::uint64_t sequence = 0;  // of the result within its job, from 1; 0 for a duplicate
   bool opened = false;         // units may be leased now that had to wait for this one

@@ -130,6 +130,9 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
        .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
        .isa = options.isa,
        .settle = options.settle,
+       .unconfirmed_share = options.unconfirmed_share,
+       .classes = options.classes,
+       .class_patience = options.class_patience,
        .listener = options.listener,
        .clock = options.clock},
       [this](const absl::Status& why) { request_shutdown(why); });

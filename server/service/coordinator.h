@@ -95,6 +95,13 @@ struct CoordinatorOptions {
   std::string isa = {};
   /// How long workers that are started together have, before a job is bound to the class of most of them.
   std::chrono::milliseconds settle{0};
+  /// Part of a job's units that may rest on a worker's certificate whose results no other has confirmed.
+  double unconfirmed_share = 0.05;
+  /// Arithmetic classes that jobs of same bits may be bound to although no worker's results in them have been
+  /// confirmed.
+  std::vector<std::string> classes = {};
+  /// A job is rendered anew in another class when no worker of its own was there for so long.
+  std::chrono::milliseconds class_patience{600'000};
   /// Units of a tile are leased as one, as many as take a worker this time; 0: each by itself.
   std::chrono::milliseconds longest_run{10'000};
   /// Beyond so many bytes of results, jobs of which a client has the image go earlier.

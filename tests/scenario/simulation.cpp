@@ -347,6 +347,8 @@ void Simulation::learn(const std::vector<JournalEntry>& entries) {
       violate("a result is revoked that does not count");
     result.revoked = true;
     for (const std::uint32_t unit : units_of(event->job, result.units)) promise.live.erase(unit);
+    // A job without results may be bound to another class.
+    if (promise.live.empty()) promise.arithmetic_class.clear();
   }
 }
 

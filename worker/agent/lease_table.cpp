@@ -16,7 +16,7 @@ bool same_token(const v1::LeaseToken& a, const v1::LeaseToken& b) {
 }  // namespace
 
 LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) {
-  return {unit.job_id, unit.generation, unit.unit.index(), unit.ranges, unit.inputs};
+  return {unit.job_id, unit.generation, unit.unit.index(), unit.ranges, unit.inputs, unit.spot};
 }
 
 void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec,
@@ -28,6 +28,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   held->attempt = lease.token().attempt();
   held->ranges = ranges_of(lease.token());
   held->inputs = lease.token().inputs();
+  held->spot = lease.token().spot();
   held->spec = std::move(spec);
 
   std::unique_lock lock{mutex_};
@@ -90,6 +91,7 @@ v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
   token.set_unit_index(unit.unit.index());
   token.set_ranges(unit.ranges);
   token.set_inputs(unit.inputs);
+  token.set_spot(unit.spot);
   return token;
 }
 
@@ -125,8 +127,8 @@ std::size_t LeaseTable::revoke(std::span<const v1::LeaseToken> tokens) {
   std::unique_lock lock{mutex_};
   std::size_t revoked = 0;
   for (const v1::LeaseToken& token : tokens) {
-    const auto found = entries_.find(
-        Key{token.job_id(), token.generation(), token.unit_index(), ranges_of(token), token.inputs()});
+    const auto found = entries_.find(Key{token.job_id(), token.generation(), token.unit_index(),
+                                         ranges_of(token), token.inputs(), token.spot()});
     if (found == entries_.end() || !same_token(found->second.token, token)) continue;
     found->second.held->stop.request_stop();
     forget_if_queued(found);

@@ -26,6 +26,7 @@ struct HeldUnit {
   std::string job_id;
   std::uint32_t generation = 0;  // of the job
   std::uint64_t inputs = 0;      // LeaseToken.inputs
+  std::uint32_t spot = 0;        // LeaseToken.spot
   std::uint32_t attempt = 0;     // the grant that brought it
   std::shared_ptr<const v1::JobSpec> spec;
   std::stop_source stop;  // requested when the lease is revoked
@@ -88,7 +89,8 @@ class LeaseTable {
 
  private:
   // Job, generation, unit, ranges, inputs.
-  using Key = std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t, std::uint64_t>;
+  using Key =
+      std::tuple<std::string, std::uint32_t, std::uint32_t, std::uint32_t, std::uint64_t, std::uint32_t>;
   struct Entry {
     std::shared_ptr<HeldUnit> held;
     v1::LeaseToken token;

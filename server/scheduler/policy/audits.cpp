@@ -17,6 +17,13 @@ namespace {
 // Audits of one job that may wait at a time.
 constexpr std::size_t kMaxAudits = 256;
 
+// Identities among which one is drawn, in order from a random one.
+constexpr std::size_t kMostDrawn = 512;
+
+// Votes that decide in any case, for they are asked one after the other. Up to 13 identities, that is the
+// majority of all.
+constexpr std::size_t kMostVotes = 7;
+
 // Audits of one job that are made, or made again, after a restart.
 constexpr std::size_t kRestoredAudits = 32;
 
@@ -40,8 +47,9 @@ struct Verdict {
   std::map<std::string, ResultFingerprint> voters;  // identities, or hosts where all are of one
 };
 
-/// Returns what more than half of the identities say; none when there is no such thing.
-std::optional<Verdict> verdict_of(const Opinions& opinions) {
+/// Returns what all identities say, or more than half of them and at least `needed`; none when there is no
+/// such thing.
+std::optional<Verdict> verdict_of(const Opinions& opinions, std::size_t needed) {
   const bool by_host = is_of_one(opinions);
   Verdict verdict;
   // An identity has its first opinion only.
@@ -52,6 +60,7 @@ std::optional<Verdict> verdict_of(const Opinions& opinions) {
   const auto winner = std::max_element(votes.begin(), votes.end(),
                                        [](const auto& a, const auto& b) { return a.second < b.second; });
   if (winner == votes.end() || 2 * winner->second <= verdict.voters.size()) return std::nullopt;
+  if (votes.size() > 1 && winner->second < needed) return std::nullopt;
   verdict.result = winner->first;
   verdict.votes = winner->second;
   return verdict;
@@ -61,8 +70,60 @@ std::optional<Verdict> verdict_of(const Opinions& opinions) {
 
 void Audits::ask(FarmJob& job, const AcceptedResult& accepted) {
   if (!wanted(job, accepted)) return;
-  job.audits.put(accepted.units.first, first_opinion(job, accepted));
+  Audit audit = first_opinion(job, accepted);
+  audit.asked_of = drawn_for(job, accepted.units.first, audit);
+  job.audits.put(accepted.units.first, std::move(audit));
   state_.auditing.insert(job.number);
+}
+
+std::string Audits::draw(const FarmJob& job, std::uint32_t unit,
+                         const std::function<bool(const FarmWorker&)>& can) const {
+  const auto& identities = state_.identities;
+  if (identities.empty()) return "";
+  const std::string digest = wire::sha256_hex(
+      absl::StrCat(state_.options.audit_key, " draw ", job.request.id, " ", unit, " ", job.attempts));
+  const auto first =
+      static_cast<std::ptrdiff_t>(std::stoull(digest.substr(0, 15), nullptr, 16) % identities.size());
+  auto identity = std::next(identities.begin(), first);
+  for (std::size_t tries = 0; tries < std::min(identities.size(), kMostDrawn); ++tries) {
+    const bool able = std::any_of(identity->second.begin(), identity->second.end(),
+                                  [&](const std::string& worker) { return can(state_.workers.at(worker)); });
+    if (able) return identity->first;
+    if (++identity == identities.end()) identity = identities.begin();
+  }
+  return "";
+}
+
+/// Whose opinion is asked for, where identities are proven; names are for everybody to choose.
+std::string Audits::drawn_for(const FarmJob& job, std::uint32_t unit, const Audit& audit) const {
+  const std::string& maker = audit.opinions.front().first;
+  if (identity_of(maker) == maker) return "";
+  return draw(job, unit, [&](const FarmWorker& worker) { return can_make(worker, job, audit); });
+}
+
+bool Audits::ask_again(FarmJob& job, const AcceptedResult& accepted) {
+  const std::uint32_t unit = accepted.units.first;
+  if (job.audits.find(unit) != nullptr) return true;
+  Audit audit = first_opinion(job, accepted);
+  if (job.audited.contains(unit) || job.audits.size() >= kMaxAudits || !anyone_can_make(job, audit))
+    return false;
+  audit.asked_of = drawn_for(job, unit, audit);
+  job.audits.put(unit, std::move(audit));
+  state_.auditing.insert(job.number);
+  return true;
+}
+
+bool Audits::ask_who_doubts(FarmJob& job, const AcceptedResult& accepted, const std::string& identity) {
+  const std::uint32_t unit = accepted.units.first;
+  // Somebody is at it; that comes to an end first (Checks::confirm).
+  if (job.audits.find(unit) != nullptr && !job.audits.waits(unit)) return true;
+  Audit audit = first_opinion(job, accepted);
+  if (job.audits.find(unit) != nullptr) audit = *job.audits.find(unit);
+  audit.asked_of = identity;
+  if (!anyone_can_make(job, audit)) return false;
+  job.audits.put(unit, std::move(audit));
+  state_.auditing.insert(job.number);
+  return true;
 }
 
 /// The opinion of whoever rendered the accepted result.
@@ -88,7 +149,9 @@ bool Audits::may_speak(const Audit& audit, const std::string& host) const {
 
 bool Audits::can_make(const FarmWorker& worker, const FarmJob& job, const Audit& audit) const {
   const std::string* const own = classes_.class_for(worker, job);
-  return !audit.is_over() && own != nullptr && *own == audit.arithmetic_class &&
+  const bool is_asked =
+      audit.asked_of.empty() || audit.opinions.size() > 1 || identity_of(worker.info.host) == audit.asked_of;
+  return is_asked && !audit.is_over() && own != nullptr && *own == audit.arithmetic_class &&
          eligibility_.may_work_on(worker, job, worker.last_seen) && may_speak(audit, worker.info.host);
 }
 
@@ -98,6 +161,20 @@ bool Audits::anyone_can_make(const FarmJob& job, const Audit& audit) const {
 }
 
 void Audits::give_up(FarmJob& job) {
+  // Where fewer are left to ask, fewer decide.
+  const std::set<std::uint32_t> waiting = job.audits.waiting();
+  for (const std::uint32_t unit : waiting) {
+    const Audit* const audit = job.audits.find(unit);
+    if (!job.open() || audit == nullptr) continue;
+    if (audit->opinions.size() > 2) {
+      adjudicate(job, unit);
+    } else if (!audit->asked_of.empty() && !anyone_can_make(job, *audit)) {
+      Audit other = *audit;
+      other.asked_of.clear();
+      other.asked_of = drawn_for(job, unit, other);
+      job.audits.put(unit, std::move(other));
+    }
+  }
   job.audits.erase_if([&](std::uint32_t unit, const Audit& audit) {
     if (!job.audits.waits(unit) || anyone_can_make(job, audit)) return false;
     if (audit.opinions.size() > 1) {
@@ -117,6 +194,9 @@ Audits::Comparison Audits::compare(FarmJob& job, const FarmWorker& worker, const
   const bool equal = accepted.fingerprint == result;
   const std::string& maker =
       accepted.host < state_.hosts.size() ? state_.hosts[accepted.host] : worker.info.host;
+  const bool confirmed = equal && identity_of(maker) != identity_of(worker.info.host) &&
+                         trust_.trusts(maker) && trust_.trusts(worker.info.host);
+  if (confirmed) classes_.confirm(*own, identity_of(maker), identity_of(worker.info.host));
   const bool asked = job.audits.find(unit) != nullptr;
   const bool may_count = job.open() && worker.info.host != maker && trust_.trusts(worker.info.host);
   // A copy that agrees is no news where nobody asked.
@@ -137,13 +217,30 @@ Audits::Comparison Audits::compare(FarmJob& job, const FarmWorker& worker, const
     state_.auditing.insert(job.number);
     adjudicate(job, unit);
   }
-  return {.comparable = true, .equal = equal, .heard = heard};
+  return {.comparable = true, .equal = equal, .heard = heard, .confirmed = confirmed};
+}
+
+/// Votes that decide where opinions differ: the majority of all who have spoken or could, so that a few who
+/// happen to be asked first, and conspire, decide nothing.
+std::size_t Audits::votes_needed(const FarmJob& job, const Audit& audit) const {
+  const bool by_host = is_of_one(audit.opinions);
+  const auto voter = [by_host](const std::string& host) { return by_host ? host : identity_of(host); };
+  std::set<std::string> voters;
+  for (const auto& [host, result] : audit.opinions) voters.insert(voter(host));
+  for (const auto& [id, worker] : state_.workers) {
+    if (voters.size() >= 2 * kMostVotes) break;
+    if (can_make(worker, job, audit)) voters.insert(voter(worker.info.host));
+  }
+  return std::min(kMostVotes, voters.size() / 2 + 1);
 }
 
 /// Decides by majority of identities, or of hosts where all are of one identity; without a majority, the
 /// audit goes on.
 void Audits::adjudicate(FarmJob& job, std::uint32_t unit) {
-  const std::optional<Verdict> verdict = verdict_of(job.audits.find(unit)->opinions);
+  const Audit& audit = *job.audits.find(unit);
+  const auto differs = [&](const auto& opinion) { return opinion.second != audit.opinions.front().second; };
+  const bool disputed = std::any_of(audit.opinions.begin(), audit.opinions.end(), differs);
+  const std::optional<Verdict> verdict = verdict_of(audit.opinions, disputed ? votes_needed(job, audit) : 0);
   if (!verdict) return;
   job.audits.erase(unit);
   if (job.audits.empty()) state_.auditing.erase(job.number);
@@ -257,7 +354,7 @@ void Audits::restored(FarmJob& job) {
   if (!job.open()) return;
   job.audits.drop_opinions([&](const std::string& host) { return !trust_.trusts(host); });
   job.audits.erase_if([](std::uint32_t, const Audit& audit) {
-    return audit.opinions.size() < 2 || verdict_of(audit.opinions);
+    return audit.opinions.size() < 2 || verdict_of(audit.opinions, kMostVotes);
   });
   std::vector<AcceptedResult> latest = job.units.results();
   std::erase_if(latest, [&](const AcceptedResult& result) {

@@ -3,6 +3,7 @@
 // fault. Results of two classes say nothing of each other.
 #pragma once
 
+#include <functional>
 #include <string>
 
 #include "scheduler/farm_state.h"
@@ -27,6 +28,14 @@ class Audits {
 
   /// Asks for a second opinion on an accepted result, if it was chosen for one and somebody can give it.
   void ask(FarmJob& job, const AcceptedResult& accepted);
+  /// The same, whether or not it was chosen. False where nobody can give it, or it was asked for before.
+  bool ask_again(FarmJob& job, const AcceptedResult& accepted);
+  /// The same of this identity, which has reason to doubt the result, whatever was asked before.
+  bool ask_who_doubts(FarmJob& job, const AcceptedResult& accepted, const std::string& identity);
+  /// An identity by chance, each as likely, of those with a worker that `can`; empty when there is none.
+  /// Whoever comes first would be whoever hurries: those who conspire would look at each other's results.
+  std::string draw(const FarmJob& job, std::uint32_t unit,
+                   const std::function<bool(const FarmWorker&)>& can) const;
   bool can_make(const FarmWorker& worker, const FarmJob& job, const Audit& audit) const;
   /// Gives up those that wait and that nobody can make.
   void give_up(FarmJob& job);
@@ -35,7 +44,8 @@ class Audits {
   struct Comparison {
     bool comparable = false;  // of the same class
     bool equal = false;
-    bool heard = false;  // as an opinion: the job may be over with it
+    bool heard = false;      // as an opinion: the job may be over with it
+    bool confirmed = false;  // by another identity
   };
   /// Takes it as an opinion where one is wanted; who is in the minority goes into quarantine.
   Comparison compare(FarmJob& job, const FarmWorker& worker, const AcceptedResult& accepted,
@@ -53,9 +63,11 @@ class Audits {
 
  private:
   Audit first_opinion(const FarmJob& job, const AcceptedResult& accepted) const;
+  std::string drawn_for(const FarmJob& job, std::uint32_t unit, const Audit& audit) const;
   bool wanted(const FarmJob& job, const AcceptedResult& accepted) const;
   bool may_speak(const Audit& audit, const std::string& host) const;
   bool anyone_can_make(const FarmJob& job, const Audit& audit) const;
+  std::size_t votes_needed(const FarmJob& job, const Audit& audit) const;
   void adjudicate(FarmJob& job, std::uint32_t unit);
   void distrust(const std::string& subject, const std::string& why);
   void revoke_results(FarmJob& job, const std::string& subject);

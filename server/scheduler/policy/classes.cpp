@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 #include "wire/arithmetic_class.h"
 
 namespace tessera::server {
@@ -11,7 +12,45 @@ void Classes::count(FarmWorker& worker) {
   const bool counts = !worker.draining && trust_.trusts(worker.info.host);
   if (worker.counted == counts) return;
   worker.counted = counts;
-  counts ? state_.census.add(worker.info) : state_.census.remove(worker.info);
+  counts ? state_.census.add(worker.info, worker.threads) : state_.census.remove(worker.info, worker.threads);
+}
+
+void Classes::count_threads(FarmWorker& worker, std::uint32_t threads) {
+  if (worker.threads == threads) return;
+  if (worker.counted) {
+    state_.census.remove(worker.info, worker.threads);
+    state_.census.add(worker.info, threads);
+  }
+  state_.threads += threads;
+  state_.threads -= worker.threads;
+  worker.threads = threads;
+}
+
+void Classes::confirm(const std::string& name, const std::string& identity, const std::string& other) {
+  for (const std::string& confirmed : {identity, other}) {
+    if (!state_.census.confirm(name, confirmed)) continue;
+    FarmEvent& event = state_.record(FarmEvent::Kind::kClassConfirmed, "");
+    event.host = confirmed;
+    event.text = name;
+  }
+}
+
+bool Classes::is_forsaken(const FarmJob& job) const {
+  const std::string& bound = job.classes.bound();
+  if (job.request.any_class || !wire::is_whole_class(bound)) return false;
+  if (state_.census.offers(bound, job.request.required_tags)) return false;
+  return !state_.census
+              .best({.isa = job.request.isa,
+                     .tags = job.request.required_tags,
+                     .max_workers = job.request.max_workers})
+              .empty();
+}
+
+void Classes::unbind(FarmJob& job) {
+  job.classes.bind("");
+  job.census_revision = 0;
+  job.settling_since.reset();
+  state_.record(FarmEvent::Kind::kBound, job.request.id);
 }
 
 bool Classes::has_class(const std::string& name) const {
@@ -52,7 +91,10 @@ const std::string& Classes::class_of_result(const FarmJob& job, const AcceptedRe
 }
 
 bool Classes::settling(const FarmJob& job, Time now) const {
-  return !job.request.any_class && job.classes.bound().empty() && now < state_.settled_at;
+  if (job.request.any_class || !job.classes.bound().empty() || now >= state_.settled_at) return false;
+  // Whoever comes as another machine again and again keeps no job from beginning.
+  if (!job.settling_since) job.settling_since = now;
+  return now - *job.settling_since < kMostSettles * state_.options.settle;
 }
 
 void Classes::bind(FarmJob& job, const std::string& name) {

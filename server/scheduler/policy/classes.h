@@ -12,6 +12,7 @@ namespace tessera::server {
 class Classes {
  public:
   static constexpr std::size_t kMaxClosedJobs = 8;
+  static constexpr int kMostSettles = 8;  // SchedulerOptions::settle, whoever still comes
 
   Classes(FarmState& state, const Trust& trust) : state_(state), trust_(trust) {}
 
@@ -22,6 +23,14 @@ class Classes {
   /// The class in which the worker renders for the job; null when it may not, for its arithmetic.
   const std::string* class_for(const FarmWorker& worker, const FarmJob& job) const;
   const std::string& class_of_result(const FarmJob& job, const AcceptedResult& result) const;
+  /// Two identities have the same result in this class.
+  void confirm(const std::string& name, const std::string& identity, const std::string& other);
+  /// From now on so many of the worker's threads count.
+  void count_threads(FarmWorker& worker, std::uint32_t threads);
+  /// Whether the job is bound to a class of which no worker is left, and another class could take it.
+  bool is_forsaken(const FarmJob& job) const;
+  /// The job, none of whose results count, is bound to no class any more.
+  void unbind(FarmJob& job);
   /// Whether the job's class had better be chosen a moment later.
   bool settling(const FarmJob& job, Time now) const;
   /// From now on the job is rendered in this class, unless it is for all.

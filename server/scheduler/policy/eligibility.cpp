@@ -9,7 +9,7 @@ namespace tessera::server {
 
 bool Eligibility::may_work_on(const FarmWorker& worker, const FarmJob& job, Time now) const {
   if (worker.draining || !trust_.trusts(worker.info.host)) return false;
-  if (classes_.class_for(worker, job) == nullptr || classes_.settling(job, now)) return false;
+  if (classes_.settling(job, now) || classes_.class_for(worker, job) == nullptr) return false;
   if (!has_tags(worker.info, job.request.required_tags)) return false;
   if (const auto host = job.hosts.find(worker.info.host);
       host != job.hosts.end() && now < host->second.barred_until) {

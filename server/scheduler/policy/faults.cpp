@@ -26,7 +26,9 @@ void Faults::fail(FarmJob& job, LeaseId id, const FailureReport& report, Time no
                       .lost = false,
                       .scene_fault = report.scene_fault,
                       .grant = grant_id(lease.epoch, lease.attempt)};
-  if (!lease.audit && !report.scene_fault && lease.units.count > 1) {
+  if (lease.spot != 0) {
+    // Somebody else is asked; a host that cannot render what is done is asked no more of this one.
+  } else if (!lease.audit && !report.scene_fault && lease.units.count > 1) {
     cut_run(job, lease.units, failure, report.log);
   } else if (lease.audit) {
     // The unit is done, and no worse for it; nobody needs to try again.

@@ -76,7 +76,11 @@ void JobCourse::end_alone(FarmJob& job, v1::JobState state, std::string error) {
   state_.endangered.erase(job.number);
   job.state = state;
   job.error = std::move(error);
+  state_.checking.erase(job.number);
   job.audits.clear();
+  job.spots.clear();
+  job.standings.clear();
+  job.alarms.clear();
   job.dangerous.clear();
   job.shorter_runs.clear();
   job.tile_cost_ms = {};

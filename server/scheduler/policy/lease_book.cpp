@@ -2,11 +2,14 @@
 
 #include <algorithm>
 
+#include "scheduler/identity.h"
+
 namespace tessera::server {
 
 void LeaseBook::add(FarmJob& job, FarmWorker& worker, Lease lease) {
   const UnitRun units = lease.units;
-  lease.charge_ms = runs_.charge_for(job, units);
+  lease.charge_ms = std::max<std::int64_t>(
+      1, static_cast<std::int64_t>(lease.part * static_cast<double>(runs_.charge_for(job, units))));
   worker.load_ms += lease.charge_ms;
   worker.units += units.count;
   job.load_ms += lease.charge_ms;
@@ -33,6 +36,8 @@ void LeaseBook::drop(LeaseId id) {
   state_.turns.charge(job.number, -lease.charge_ms);
   --job.leases;
   if (const auto holder = job.holders.find(lease.worker); --holder->second == 0) job.holders.erase(holder);
+  if (lease.spot != 0)
+    return job.spots.give_back(lease.units.first, identity_of(state_.workers.at(lease.worker).info.host));
   if (lease.audit) return job.audits.give_back(lease.units.first);
   if (!state_.leases.of_unit(job.number, lease.units.first).empty()) {
     return index_only_lease(job, lease.units, /*add=*/true);

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "scheduler/spot.h"
 #include "wire/limits.h"
 
 namespace tessera::server {
@@ -47,7 +48,7 @@ LeaseDecision Leasing::lease(FarmWorker& worker, const LeaseRequest& request, Ti
   const auto granted = [&] { return batch.decision.leases.size(); };
   if (wanted == 0 || lease_dangerous(batch)) return std::move(batch.decision);
   // One a call: results that are wrong are worth knowing of early, but not in place of everything else.
-  if (!state_.auditing.empty()) lease_audit(batch);
+  if (state_.auditing.empty() || !lease_audit(batch)) lease_spot(batch);
   while (granted() < wanted && lease_pending(batch)) {
   }
   // Copies only for threads that would have nothing to do.
@@ -61,6 +62,7 @@ bool Leasing::has_units_for(const Batch& batch, const FarmJob& job) const {
   if (job.units.pending() == 0 || !eligibility_.may_work_on(batch.worker, job, batch.now)) return false;
   const auto& useless = batch.nothing_for_it;
   if (std::find(useless.begin(), useless.end(), &job) != useless.end()) return false;
+  if (checks_.withholds(batch.worker, job)) return false;
   return !would_come_late(batch, job);
 }
 
@@ -167,13 +169,29 @@ bool Leasing::lease_audit(Batch& batch) {
   return false;
 }
 
+bool Leasing::lease_spot(Batch& batch) {
+  for (const std::uint64_t number : state_.checking) {
+    FarmJob& job = *state_.jobs.at(number);
+    if (job.held()) continue;
+    for (const std::uint32_t unit : job.spots.waiting()) {
+      const SpotCheck& check = *job.spots.find(unit);
+      if (!checks_.can_make(batch.worker, job, check)) continue;
+      grant(batch, job, job.units.result(unit).units, /*audit=*/true, check.spot);
+      job.spots.take(unit, batch.now);
+      return true;
+    }
+  }
+  return false;
+}
+
 bool Leasing::lease_copy(Batch& batch) {
   FarmJob* job = nullptr;
   UnitRun units;
   state_.turns.for_each([&](const TurnOrder::Turn& turn) {
     FarmJob& candidate = *state_.jobs.at(turn.job);
     if (candidate.units.pending() > candidate.dangerous.size() ||
-        !eligibility_.may_work_on(batch.worker, candidate, batch.now)) {
+        !eligibility_.may_work_on(batch.worker, candidate, batch.now) ||
+        checks_.withholds(batch.worker, candidate)) {
       return TurnOrder::Next::kJob;
     }
     const auto suits = [&](LeaseId id) {
@@ -253,13 +271,13 @@ bool Leasing::would_come_late(const Batch& batch, const FarmJob& job) const {
   for (const auto& [id, leases] : job.holders) {
     if (id == batch.worker.info.id) continue;
     const FarmWorker& other = state_.workers.at(id);
-    at_work += std::min(leases, other.info.threads) / other.slowness;
+    at_work += std::min(leases, other.threads) / other.slowness;
   }
   // Both in what a usual worker takes for a unit; nobody else at work, and there is no end to wait for.
   return at_work > 0 && batch.worker.slowness > 2 * (1 + job.units.pending() / at_work);
 }
 
-void Leasing::grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit) {
+void Leasing::grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit, const Spot& spot) {
   FarmWorker& worker = batch.worker;
   if (batch.left && batch.left->priority <= job.request.priority) {
     batch.left->units -= std::min<std::uint64_t>(batch.left->units, units.count);
@@ -278,6 +296,8 @@ void Leasing::grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit
               .granted_at = batch.now,
               .deadline = batch.now + book_.lease_time(),
               .audit = audit,
+              .spot = spot.number,
+              .part = spot.number == 0 ? 1 : spot.share,
               .expected_end = job.mean_cost_ms == 0 ? Time{0} : batch.now + Time(ahead) + cost};
   v1::Lease& out = batch.decision.leases.emplace_back();
   v1::LeaseToken& token = *out.mutable_token();
@@ -289,6 +309,11 @@ void Leasing::grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit
   token.set_attempt(lease.attempt);
   token.set_epoch(lease.epoch);
   *out.mutable_unit() = job.request.plan->unit(units);
+  if (spot.number != 0) {
+    token.set_spot(spot.number);
+    v1::PixelRect& pixels = *out.mutable_unit()->mutable_tile()->mutable_pixels();
+    pixels = spot_pixels(pixels, spot.number);
+  }
   // The rest of the batch had better be of the same scene.
   if (std::find(batch.scenes.begin(), batch.scenes.end(), job.request.scene_digest) == batch.scenes.end()) {
     batch.scenes.push_back(job.request.scene_digest);

@@ -3,6 +3,7 @@
 
 #include "scheduler/farm_state.h"
 #include "scheduler/policy/audits.h"
+#include "scheduler/policy/checks.h"
 #include "scheduler/policy/classes.h"
 #include "scheduler/policy/eligibility.h"
 #include "scheduler/policy/lease_book.h"
@@ -17,14 +18,15 @@ class Leasing {
   static constexpr std::int64_t kAffinitySlackMs = 4000;
 
   Leasing(FarmState& state, const Trust& trust, Classes& classes, const Eligibility& eligibility,
-          const Runs& runs, LeaseBook& book, const Audits& audits)
+          const Runs& runs, LeaseBook& book, const Audits& audits, const Checks& checks)
       : state_(state),
         trust_(trust),
         classes_(classes),
         eligibility_(eligibility),
         runs_(runs),
         book_(book),
-        audits_(audits) {}
+        audits_(audits),
+        checks_(checks) {}
 
   /// Scheduler::lease. The time of turns is `now` already.
   LeaseDecision lease(FarmWorker& worker, const LeaseRequest& request, Time now);
@@ -38,11 +40,13 @@ class Leasing {
   bool lease_pending(Batch& batch);
   bool lease_copy(Batch& batch);
   bool lease_audit(Batch& batch);
+  bool lease_spot(Batch& batch);
   bool lease_dangerous(Batch& batch);
   bool has_room(const Batch& batch, const FarmJob& job) const;
   bool is_left(const Batch& batch, std::int32_t priority, std::uint64_t wanted) const;
   bool would_come_late(const Batch& batch, const FarmJob& job) const;
-  void grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit);
+  /// `spot`: that of an audit, where it is not of the whole.
+  void grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit, const Spot& spot = {});
 
   FarmState& state_;
   const Trust& trust_;
@@ -51,6 +55,7 @@ class Leasing {
   const Runs& runs_;
   LeaseBook& book_;
   const Audits& audits_;
+  const Checks& checks_;
 };
 
 }  // namespace tessera::server

@@ -17,12 +17,14 @@ double Runs::unit_cost_ms(const FarmJob& job, const UnitRun& units) const {
 }
 
 std::int64_t Runs::charge_for(const FarmJob& job, const UnitRun& units) const {
-  return std::max<std::int64_t>(1, std::llround(units.count * unit_cost_ms(job, units)));
+  double unit_ms = unit_cost_ms(job, units);
+  if (job.mean_cost_ms > 0) unit_ms = std::min(unit_ms, kMostSpread * job.mean_cost_ms);
+  return std::max<std::int64_t>(1, std::llround(units.count * unit_ms));
 }
 
 Time Runs::expected_cost(const FarmWorker& worker, const FarmJob& job, const UnitRun& units) const {
-  const auto charge_ms = static_cast<double>(charge_for(job, units));
-  return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(charge_ms * worker.slowness)));
+  const double usual_ms = units.count * unit_cost_ms(job, units);
+  return Time(std::max<std::int64_t>(1, static_cast<std::int64_t>(usual_ms * worker.slowness)));
 }
 
 UnitRun Runs::run_from(const FarmWorker& worker, const FarmJob& job, std::uint32_t unit) const {

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "scheduler/identity.h"
 
 namespace tessera::server {
 
@@ -13,6 +14,7 @@ void Steps::open(FarmJob& job) {
     units.open_until(plan.step_end(units.open_end()));
     // Units of other steps cost something else.
     job.mean_cost_ms = 0;
+    job.latest_costs.clear();
     job.mean_duration = Time{0};
   }
 }
@@ -37,14 +39,31 @@ void Steps::revoke(FarmJob& job, const AcceptedResult& result) {
   revoke_alone(job, result);
 }
 
+void Steps::revoke_all(FarmJob& job) {
+  for (const AcceptedResult& result : job.units.results()) {
+    // It may have been made of another one of them.
+    if (job.units.state(result.units.first) == UnitState::kDone &&
+        job.units.result(result.units.first).sequence == result.sequence) {
+      revoke(job, result);
+    }
+  }
+}
+
 void Steps::revoke_alone(FarmJob& job, const AcceptedResult& result) {
   job.audits.erase(result.units.first);
   job.audited.erase(result.units.first);
+  job.spots.erase(result.units.first);
+  job.alarms.erase(result.units.first);
+  if (job.spots.empty()) state_.checking.erase(job.number);
   for (const LeaseId lease : state_.leases.of_unit(job.number, result.units.first)) book_.drop(lease);
   FarmEvent& event = state_.record(FarmEvent::Kind::kRevoked, job.request.id);
   event.unit = result.units.first;
   event.value = result.sequence;
-  if (result.host < state_.hosts.size()) event.host = state_.hosts[result.host];
+  if (result.host < state_.hosts.size()) {
+    event.host = state_.hosts[result.host];
+    const auto standing = job.standings.find(identity_of(event.host));
+    if (standing != job.standings.end()) standing->second.forget(result.sequence);
+  }
   for (const std::uint32_t unit : result.units) job.units.put_back(unit);
   ++job.revision;
 }

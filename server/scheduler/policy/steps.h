@@ -24,6 +24,8 @@ class Steps {
 
   /// The units of a result that counts are to be done again, and all that was made of it.
   void revoke(FarmJob& job, const AcceptedResult& result);
+  /// Everything that counts is to be done again.
+  void revoke_all(FarmJob& job);
   /// After a restart: results of steps that come after one that is not done, as a damaged journal may have
   /// them.
   void revoke_orphans(FarmJob& job);

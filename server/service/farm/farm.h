@@ -48,6 +48,10 @@ struct FarmOptions {
   v1::Bits bits = v1::BITS_SAME;
   std::string isa = {};
   std::chrono::milliseconds settle{0};  // SchedulerOptions::settle
+  // The same of SchedulerOptions.
+  double unconfirmed_share = 0.05;
+  std::vector<std::string> classes = {};
+  std::chrono::milliseconds class_patience{600'000};
   EndListener* listener = nullptr;      // outlives the farm; null: nobody is told
   FarmClock* clock = &machine_clock();  // outlives the farm
 };
@@ -215,7 +219,14 @@ class Farm {
   absl::StatusOr<v1::HeartbeatResponse> beat(const std::string& worker, const v1::HeartbeatRequest& request);
   /// Tries once; true when the call was answered.
   bool try_lease(const v1::LeaseRequest& request, bool last, const Done<v1::LeaseResponse>& done);
-  void accept_result(const v1::CompleteRequest& request, const std::string& digest,
+  /// A result with this fingerprint, and that of a spot of it.
+  struct Fingerprints {
+    std::string digest;
+    Spot spot = {};
+  };
+  absl::StatusOr<Fingerprints> check_payload(const v1::CompleteRequest& request, const JobShape& shape,
+                                             const UnitRun& units) const;
+  void accept_result(const v1::CompleteRequest& request, const Fingerprints& result,
                      Done<v1::CompleteResponse> done);
   void tick();
 
@@ -228,6 +239,7 @@ class Farm {
   std::atomic<bool> failed_ = false;
 
   const std::shared_ptr<const LeaseSeal> seal_;
+  const std::string spot_key_ = seal_->derive_key("spots");
 
   mutable std::mutex mutex_;
   Scheduler scheduler_;

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/printable.h"
+#include "scheduler/spot.h"
 #include "service/farm/farm.h"
 #include "service/farm/worker_calls.h"
 #include "service/job/result_check.h"
@@ -84,29 +85,62 @@ void Farm::complete(const v1::CompleteRequest& request, const Origin& origin,
         absl::InvalidArgumentError(absl::StrCat("job ", token.job_id(), " has no unit ", token.unit_index(),
                                                 " of ", std::max(token.ranges(), 1u), " ranges")));
   }
-  const absl::StatusOr<std::string> digest =
-      shape->plan->is_of_picture(units->first)
-          ? check_result(request.payload(), shape->plan->unit(*units), shape->spec, shape->channels)
-          : check_blob_result(request.payload(), units->first, blobs_);
-  if (!digest.ok()) {
+  const absl::StatusOr<Fingerprints> checked = check_payload(request, *shape, *units);
+  if (!checked.ok()) {
     metrics_.refused();
     const std::lock_guard lock(mutex_);
-    log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token, digest.status().message());
-    return done(digest.status());
+    log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
+              checked.status().message());
+    return done(checked.status());
   }
-  accept_result(request, *digest, std::move(done));
+  accept_result(request, *checked, std::move(done));
 }
 
-void Farm::accept_result(const v1::CompleteRequest& request, const std::string& digest,
-                         Done<v1::CompleteResponse> done) {
+absl::StatusOr<Farm::Fingerprints> Farm::check_payload(const v1::CompleteRequest& request,
+                                                       const JobShape& shape, const UnitRun& units) const {
+  const auto whole = [](absl::StatusOr<std::string> digest) -> absl::StatusOr<Fingerprints> {
+    if (!digest.ok()) return digest.status();
+    return Fingerprints{.digest = *std::move(digest)};
+  };
   const v1::LeaseToken& token = request.token();
-  const v1::UnitStats stats = bounded(request.stats());
+  if (!shape.plan->is_of_picture(units.first))
+    return whole(check_blob_result(request.payload(), units.first, blobs_));
+  v1::WorkUnit unit = shape.plan->unit(units);
+  const bool in_tiles = unit.has_tile();
+  if (token.spot() != 0) {
+    v1::PixelRect& pixels = *unit.mutable_tile()->mutable_pixels();
+    if (!in_tiles || token.spot() > spots_in(pixels))
+      return absl::InvalidArgumentError(absl::StrCat("unit ", units.first, " has no spot ", token.spot()));
+    pixels = spot_pixels(pixels, token.spot());
+    return whole(check_result(request.payload(), unit, shape.spec, shape.channels));
+  }
+  const v1::PixelRect pixels = unit.tile().pixels();
+  const std::uint32_t number = in_tiles ? choose_spot(spot_key_, token, pixels) : 0;
+  if (number == 0) return whole(check_result(request.payload(), unit, shape.spec, shape.channels));
+  absl::StatusOr<CheckedResult> result =
+      check_result_and_part(request.payload(), unit, shape.spec, shape.channels, spot_pixels(pixels, number));
+  if (!result.ok()) return result.status();
+  const bool scatters = shape.spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER;
+  return Fingerprints{.digest = std::move(result->digest),
+                      .spot = {.number = number,
+                               .fingerprint = fingerprint_of(result->part),
+                               .share = spot_share(pixels, scatters)}};
+}
+
+void Farm::accept_result(const v1::CompleteRequest& request, const Fingerprints& result,
+                         Done<v1::CompleteResponse> done) {
+  const std::string& digest = result.digest;
+  const v1::LeaseToken& token = request.token();
+  v1::UnitStats stats = bounded(request.stats());
   const Served served(metrics_, FarmMetrics::Call::kComplete);
   std::unique_lock lock(mutex_);
-  const absl::StatusOr<CompleteDecision> decision = scheduler_.complete(
-      request.worker_id(), token,
-      {.fingerprint = fingerprint_of(digest), .cost = time_of(stats), .work = wire::counts_of(stats).rays()},
-      now());
+  const absl::StatusOr<CompleteDecision> decision =
+      scheduler_.complete(request.worker_id(), token,
+                          {.fingerprint = fingerprint_of(digest),
+                           .cost = time_of(stats),
+                           .work = wire::counts_of(stats).rays(),
+                           .spot = result.spot},
+                          now());
   if (!decision.ok()) {
     metrics_.refused();
     // A result that is refused may still decide who is at fault.
@@ -124,9 +158,13 @@ void Farm::accept_result(const v1::CompleteRequest& request, const std::string& 
       status.ok() ? done(v1::CompleteResponse()) : done(status);
     });
   }
+  JobEntry& entry = *jobs_.find(token.job_id());
+  // Nothing takes longer than its lease lasted, nor than its job is old where that is not known.
+  const std::chrono::milliseconds lasted =
+      decision->lasted.value_or(std::chrono::milliseconds(unix_now() - entry.submitted_unix_ms));
+  stats = bounded_by(std::move(stats), lasted, decision->threads);
   metrics_.completed(time_of(stats), request.payload().size());
 
-  JobEntry& entry = *jobs_.find(token.job_id());
   const std::string host = scheduler_.host_of(request.worker_id());
   const CoveredUnits units{.first = token.unit_index(), .ranges = std::max(token.ranges(), 1u)};
   add_result(entry, units, host, stats);

@@ -70,7 +70,10 @@ absl::Status check_registration(const v1::RegisterRequest& request) {
       !std::all_of(request.tags().begin(), request.tags().end(), is_plain)) {
     return absl::InvalidArgumentError("the name, the host or a tag has a control character");
   }
-  if (request.threads() == 0) return absl::InvalidArgumentError("a worker has at least one thread");
+  if (request.threads() == 0 || request.threads() > wire::kMaxLeasesPerWorker) {
+    return absl::InvalidArgumentError(absl::StrCat("the worker has ", request.threads(), " threads; 1 to ",
+                                                   wire::kMaxLeasesPerWorker, " were expected"));
+  }
   return absl::OkStatus();
 }
 

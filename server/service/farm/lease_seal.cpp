@@ -22,7 +22,8 @@ namespace {
 std::string message_of(const v1::LeaseToken& token, std::string_view host) {
   return absl::StrCat("lease ", token.job_id().size(), ":", token.job_id(), " ", token.generation(), " ",
                       token.unit_index(), " ", token.ranges(), " ", token.attempt(), " ", token.epoch(), " ",
-                      token.inputs(), " ", std::string(host));
+                      token.inputs(), token.spot() == 0 ? "" : absl::StrCat(" spot ", token.spot()), " ",
+                      std::string(host));
 }
 
 }  // namespace

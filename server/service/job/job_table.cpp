@@ -195,6 +195,8 @@ absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {
     for (const SchedulerEvent& event : record.events) {
       const auto kind = static_cast<FarmEvent::Kind>(event.kind);
       if (kind == FarmEvent::Kind::kNote) entry.past->notes.push_back(event.text);
+      if (kind == FarmEvent::Kind::kUnconfirmed)
+        entry.past->units_unconfirmed = static_cast<std::uint32_t>(event.value);
       if (kind != FarmEvent::Kind::kAdopted) continue;
       entry.past->units_adopted = static_cast<std::uint32_t>(event.value);
       entry.past->adopted_from = event.text;
@@ -375,6 +377,23 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit) {
   add_times(*total.mutable_material_ns(), unit.material_ns());
   add_new_lines(*total.mutable_warnings(), unit.warnings());
   add_new_lines(*total.mutable_notes(), unit.notes());
+}
+
+v1::UnitStats bounded_by(v1::UnitStats stats, std::chrono::milliseconds lasted, std::uint32_t threads) {
+  using google::protobuf::util::TimeUtil;
+  // Both ends of `lasted` are whole milliseconds.
+  const std::int64_t wall_ms = std::max<std::int64_t>(0, lasted.count()) + 1;
+  const auto bound = [](google::protobuf::Duration& time, std::int64_t most_ms) {
+    if (TimeUtil::DurationToMilliseconds(time) >= most_ms) time = TimeUtil::MillisecondsToDuration(most_ms);
+  };
+  const std::int64_t cpu_ms = wall_ms * threads;
+  if (stats.has_wall_time()) bound(*stats.mutable_wall_time(), wall_ms);
+  if (stats.has_cpu_time()) bound(*stats.mutable_cpu_time(), cpu_ms);
+  for (TimeMap* times :
+       {stats.mutable_stage_ns(), stats.mutable_shading_part_ns(), stats.mutable_material_ns()}) {
+    bound_times(*times, static_cast<std::uint64_t>(cpu_ms) * 1'000'000);
+  }
+  return stats;
 }
 
 v1::UnitStats bounded(v1::UnitStats stats) {

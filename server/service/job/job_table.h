@@ -136,4 +136,7 @@ void add_stats(v1::UnitStats& total, const v1::UnitStats& unit);
 /// Cuts what one program could flood another with: number and length of warnings and notes.
 v1::UnitStats bounded(v1::UnitStats stats);
 
+/// The same, as far as a lease of that duration can have cost so much on so many threads.
+v1::UnitStats bounded_by(v1::UnitStats stats, std::chrono::milliseconds lasted, std::uint32_t threads);
+
 }  // namespace tessera::server

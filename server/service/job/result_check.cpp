@@ -46,11 +46,9 @@ const char* check_values(std::span<const float> values, wire::ChannelKind kind, 
   return nullptr;
 }
 
-}  // namespace
-
-absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
-                                         const v1::JobSpec& spec,
-                                         const std::vector<wire::ChannelDesc>& channels) {
+absl::StatusOr<wire::TileResult> checked_result(std::string_view payload, const v1::WorkUnit& unit,
+                                                const v1::JobSpec& spec,
+                                                const std::vector<wire::ChannelDesc>& channels) {
   const v1::TileUnit extent = extent_of(unit, spec);
   const v1::PixelRect& pixels = extent.pixels();
   const v1::SampleRange& samples = extent.samples();
@@ -84,10 +82,50 @@ absl::StatusOr<std::string> check_result(std::string_view payload, const v1::Wor
     }
   }
 
+  return result;
+}
+
+std::string digest_of(const wire::TileResult& result) {
   wire::Sha256 sha;
-  sha.update(bytes_of(result->counts));
-  sha.update(bytes_of(result->values));
+  sha.update(bytes_of(result.counts));
+  sha.update(bytes_of(result.values));
   return sha.finish_hex();
+}
+
+/// Digest of the result that these of its pixels are.
+std::string digest_of_part(const wire::TileResult& result, const v1::PixelRect& part) {
+  const std::size_t width = result.x1 - result.x0, pixels = width * (result.y1 - result.y0);
+  const std::size_t left = part.x0() - result.x0, columns = part.x1() - part.x0();
+  wire::Sha256 sha;
+  const auto add_rows = [&](const auto& values, std::size_t plane) {
+    using Value = std::decay_t<decltype(values[0])>;
+    for (std::size_t y = part.y0() - result.y0; y < part.y1() - result.y0; ++y) {
+      const Value* const row = values.data() + plane * pixels + y * width + left;
+      sha.update({reinterpret_cast<const char*>(row), columns * sizeof(Value)});
+    }
+  };
+  add_rows(result.counts, 0);
+  for (std::size_t plane = 0; plane < result.channels.size(); ++plane) add_rows(result.values, plane);
+  return sha.finish_hex();
+}
+
+}  // namespace
+
+absl::StatusOr<std::string> check_result(std::string_view payload, const v1::WorkUnit& unit,
+                                         const v1::JobSpec& spec,
+                                         const std::vector<wire::ChannelDesc>& channels) {
+  const absl::StatusOr<wire::TileResult> result = checked_result(payload, unit, spec, channels);
+  if (!result.ok()) return result.status();
+  return digest_of(*result);
+}
+
+absl::StatusOr<CheckedResult> check_result_and_part(std::string_view payload, const v1::WorkUnit& unit,
+                                                    const v1::JobSpec& spec,
+                                                    const std::vector<wire::ChannelDesc>& channels,
+                                                    const v1::PixelRect& part) {
+  const absl::StatusOr<wire::TileResult> result = checked_result(payload, unit, spec, channels);
+  if (!result.ok()) return result.status();
+  return CheckedResult{.digest = digest_of(*result), .part = digest_of_part(*result, part)};
 }
 
 ResultFingerprint fingerprint_of(const std::string& digest) {

@@ -21,6 +21,15 @@ absl::StatusOr<std::string> check_result(std::string_view payload, const v1::Wor
                                          const v1::JobSpec& spec,
                                          const std::vector<wire::ChannelDesc>& channels);
 
+/// The same, with the digest that `part` of its pixels would have as a result of their own.
+struct CheckedResult {
+  std::string digest, part;
+};
+absl::StatusOr<CheckedResult> check_result_and_part(std::string_view payload, const v1::WorkUnit& unit,
+                                                    const v1::JobSpec& spec,
+                                                    const std::vector<wire::ChannelDesc>& channels,
+                                                    const v1::PixelRect& part);
+
 /// Fingerprint of a digest, which the scheduler keeps.
 ResultFingerprint fingerprint_of(const std::string& digest);
 

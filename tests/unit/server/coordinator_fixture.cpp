@@ -131,7 +131,7 @@ grpc::Status CoordinatorTest::complete(const std::string& worker, const v1::Leas
   *request.mutable_token() = lease.token();
   request.set_payload(payload);
   request.mutable_stats()->set_samples(100);
-  request.mutable_stats()->mutable_cpu_time()->set_nanos(700'000'000);
+  request.mutable_stats()->mutable_cpu_time()->set_nanos(700'000);
   *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(took.count());
   v1::CompleteResponse response;
   return work_->Complete(&context, request, &response);

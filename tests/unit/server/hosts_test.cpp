@@ -1,5 +1,6 @@
 // Hosts of a job, as its status shows them: who was slow, and who is not to be trusted.
 #include <gmock/gmock.h>
+#include <google/protobuf/util/time_util.h>
 #include <gtest/gtest.h>
 
 #include "service/farm/host_shares.h"
@@ -24,14 +25,17 @@ class Hosts : public CoordinatorTest {
     EXPECT_TRUE(work_->Register(&context, request, &response).ok());
     return response.worker_id();
   }
+  /// The worker's lease lasts as long as it says that its unit took.
   grpc::StatusCode bring(const std::string& worker, const v1::Lease& lease, int seed,
-                         std::int64_t wall_seconds) {
+                         std::chrono::milliseconds wall_time) {
+    clock_.advance(wall_time);
     grpc::ClientContext context;
     v1::CompleteRequest request;
     request.set_worker_id(worker);
     *request.mutable_token() = lease.token();
     request.set_payload(payload_for(lease.unit(), seed));
-    request.mutable_stats()->mutable_wall_time()->set_seconds(wall_seconds);
+    *request.mutable_stats()->mutable_wall_time() =
+        google::protobuf::util::TimeUtil::MillisecondsToDuration(wall_time.count());
     v1::CompleteResponse response;
     return work_->Complete(&context, request, &response).error_code();
   }
@@ -48,6 +52,7 @@ TEST_F(Hosts, SlowOnesAreNamed) {
     CoordinatorOptions options;
     options.data_dir = folder.path();
     options.longest_run = std::chrono::milliseconds{0};
+    options.clock = &clock_;
     start(std::move(options));
   };
   start_again();
@@ -60,7 +65,8 @@ TEST_F(Hosts, SlowOnesAreNamed) {
       // Once the scheduler knows it as slow, it may get none.
       if (held.leases().empty() && worker == workers[2]) continue;
       ASSERT_EQ(held.leases_size(), 1);
-      ASSERT_EQ(bring(worker, held.leases(0), 0, worker == workers[2] ? 50 : 10), grpc::StatusCode::OK);
+      ASSERT_EQ(bring(worker, held.leases(0), 0, std::chrono::milliseconds(worker == workers[2] ? 50 : 10)),
+                grpc::StatusCode::OK);
     }
   }
   for (int round = 0; round < 2; ++round) {
@@ -81,10 +87,12 @@ TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
   const std::string over = submit(job_spec());
   const v1::LeaseResponse leases = lease(liar, 16);
   ASSERT_GT(leases.leases_size(), 0);
-  for (const v1::Lease& lease : leases.leases()) ASSERT_EQ(bring(liar, lease, 0, 1), grpc::StatusCode::OK);
+  for (const v1::Lease& lease : leases.leases())
+    ASSERT_EQ(bring(liar, lease, 0, std::chrono::milliseconds{1}), grpc::StatusCode::OK);
   while (job(over).state() != v1::DONE) {
     const v1::LeaseResponse rest = lease(honest, 16);
-    for (const v1::Lease& lease : rest.leases()) ASSERT_EQ(bring(honest, lease, 0, 1), grpc::StatusCode::OK);
+    for (const v1::Lease& lease : rest.leases())
+      ASSERT_EQ(bring(honest, lease, 0, std::chrono::milliseconds{1}), grpc::StatusCode::OK);
   }
   EXPECT_THAT(notes_of(over), Not(Contains(HasSubstr("liar"))));
 
@@ -100,9 +108,11 @@ TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
     disputed.push_back(granted.leases(0));
   }
   const std::string again = register_host("liar");
-  ASSERT_EQ(bring(again, disputed[0], 666, 1), grpc::StatusCode::OK);
-  EXPECT_EQ(bring(register_host("honest"), disputed[1], 0, 1), grpc::StatusCode::ALREADY_EXISTS);
-  EXPECT_EQ(bring(register_host("third"), disputed[2], 0, 1), grpc::StatusCode::ALREADY_EXISTS);
+  ASSERT_EQ(bring(again, disputed[0], 666, std::chrono::milliseconds{1}), grpc::StatusCode::OK);
+  EXPECT_EQ(bring(register_host("honest"), disputed[1], 0, std::chrono::milliseconds{1}),
+            grpc::StatusCode::ALREADY_EXISTS);
+  EXPECT_EQ(bring(register_host("third"), disputed[2], 0, std::chrono::milliseconds{1}),
+            grpc::StatusCode::ALREADY_EXISTS);
   const std::string told = std::to_string(leases.leases_size()) + " units are of host liar";
   for (int round = 0; round < 2; ++round) {
     EXPECT_THAT(notes_of(over), Contains(HasSubstr(told)));

@@ -52,8 +52,46 @@ TEST_F(WorkersTest, AMismatchIsRefusedByName) {
   other.add_supported_isas(std::string(1000, 'x'));
   EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
   other = request;
-  other.set_threads(0);
-  EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  for (const std::uint32_t threads : {0u, 4097u, ~0u}) {
+    other = request;
+    other.set_threads(threads);
+    EXPECT_EQ(try_register(other).error_code(), grpc::StatusCode::INVALID_ARGUMENT) << threads;
+  }
+}
+
+TEST_F(WorkersTest, AResultCostsNoMoreThanItsLeaseLasted) {
+  CoordinatorOptions options;
+  options.clock = &clock_;
+  start(std::move(options));
+  const std::string id = submit(job_spec());
+  const std::string worker = register_worker();  // of two threads
+  const v1::LeaseResponse leases = lease(worker, 4);
+  ASSERT_EQ(leases.leases_size(), 4);
+  clock_.advance(std::chrono::milliseconds{99});
+  const auto cost_of = [](std::int64_t seconds) {
+    v1::UnitStats stats;
+    stats.mutable_cpu_time()->set_seconds(seconds);
+    stats.mutable_wall_time()->set_seconds(seconds);
+    (*stats.mutable_stage_ns())["shading"] = 1'000'000'000;
+    return stats;
+  };
+  // Nothing that is believed for being less than a month, and what was never believed.
+  const std::vector<std::int64_t> claims = {20 * 24 * 3600, 1, std::int64_t{1} << 50, -5};
+  for (int i = 0; i < 4; ++i) {
+    grpc::ClientContext context;
+    v1::CompleteRequest request;
+    request.set_worker_id(worker);
+    *request.mutable_token() = leases.leases(i).token();
+    request.set_payload(payload_for(leases.leases(i).unit()));
+    *request.mutable_stats() = cost_of(claims[static_cast<std::size_t>(i)]);
+    v1::CompleteResponse response;
+    ASSERT_TRUE(work_->Complete(&context, request, &response).ok());
+  }
+  const v1::UnitStats total = job(id).stats();
+  EXPECT_EQ(total.cpu_time().nanos(), 400'000'000) << "two units of 100 ms on two threads";
+  EXPECT_EQ(total.wall_time().nanos(), 200'000'000);
+  EXPECT_EQ(total.cpu_time().seconds() + total.wall_time().seconds(), 0);
+  EXPECT_TRUE(total.stage_ns().empty());
 }
 
 TEST_F(WorkersTest, OfALargeFarmAreHeardOfLessOften) {

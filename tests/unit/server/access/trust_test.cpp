@@ -72,6 +72,7 @@ TEST(LeaseSeal, HoldsForOneGrantAndOneHost) {
   EXPECT_TRUE(differs([](v1::LeaseToken& t) { t.set_unit_index(18); }));
   EXPECT_TRUE(differs([](v1::LeaseToken& t) { t.set_attempt(5); }));
   EXPECT_TRUE(differs([](v1::LeaseToken& t) { t.set_epoch(3); }));
+  EXPECT_TRUE(differs([](v1::LeaseToken& t) { t.set_spot(1); }));
   EXPECT_TRUE(differs([](v1::LeaseToken& t) { t.mutable_seal()->pop_back(); }));
   EXPECT_TRUE(differs([](v1::LeaseToken& t) { t.mutable_seal()->front() ^= 1; }));
 }
@@ -225,7 +226,42 @@ TEST_F(OneDishonestCertificate, ReturnsNoResultThatItHasNoLeaseFor) {
   for (const std::string& worker : invented)
     EXPECT_EQ(complete(dishonest_, worker, forged, 666), FAILED_PRECONDITION);
   EXPECT_THAT(in_quarantine(), IsEmpty());
+  // The first result of a certificate is looked at by another.
+  EXPECT_EQ(job(id).state(), v1::RUNNING);
+  const std::string sound = enrol(sound_, "sound");
+  const std::vector<v1::Lease> check = lease(sound_, sound, 1);
+  ASSERT_EQ(check.size(), 1u);
+  EXPECT_NE(check[0].token().spot(), 0u);
+  EXPECT_EQ(check[0].unit().tile().pixels().x1() - check[0].unit().tile().pixels().x0(), 8u);
+  EXPECT_EQ(complete(sound_, sound, check[0], 0), OK);
   EXPECT_EQ(job(id).state(), v1::DONE);
+  EXPECT_THAT(in_quarantine(), IsEmpty());
+}
+
+TEST_F(OneDishonestCertificate, IsFoundByASpotOfItsFirstResult) {
+  const std::string id = submit_job(16);
+  const std::string liar = enrol(dishonest_, "liar"), honest = enrol(honest_, "honest"),
+                    sound = enrol(sound_, "sound");
+  const std::vector<v1::Lease> leases = lease(dishonest_, liar, 1);
+  ASSERT_EQ(leases.size(), 1u);
+  EXPECT_EQ(complete(dishonest_, liar, leases[0], 666), OK);
+  const auto next = [&](const Channel& channel, const std::string& worker) {
+    const std::vector<v1::Lease> granted = lease(channel, worker, 1);
+    return granted.size() == 1 ? granted[0] : v1::Lease{};
+  };
+  const v1::Lease spot = next(honest_, honest);
+  EXPECT_NE(spot.token().spot(), 0u);
+  v1::Lease forged = spot;
+  forged.mutable_token()->set_spot(0);
+  forged.mutable_token()->set_attempt(7);
+  EXPECT_EQ(complete(honest_, honest, forged, 0), FAILED_PRECONDITION) << "a spot is part of what is sealed";
+  EXPECT_EQ(complete(honest_, honest, spot, 0), OK);
+  EXPECT_THAT(in_quarantine(), IsEmpty()) << "a spot is no verdict";
+  // The whole unit, by two of three.
+  EXPECT_EQ(complete(honest_, honest, next(honest_, honest), 0), ALREADY_EXISTS);
+  EXPECT_EQ(complete(sound_, sound, next(sound_, sound), 0), ALREADY_EXISTS);
+  EXPECT_THAT(in_quarantine(), UnorderedElementsAre("liar"));
+  EXPECT_EQ(job(id).units_done(), 0u);
 }
 
 TEST_F(OneDishonestCertificate, KeepsNoLeasesAliveThatItWasNotGranted) {

@@ -32,7 +32,7 @@ class PoliciesTest : public testing::Test {
 
   FarmWorker& add_worker(const std::string& id, const std::string& host, std::uint32_t threads = 1) {
     state_.threads += threads;
-    ++state_.identities[host];
+    state_.identities[host].insert(id);
     WorkerInfo info;
     info.id = id;
     info.host = host;
