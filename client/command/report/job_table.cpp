@@ -196,6 +196,11 @@ void add_progress(const v1::GetJobResponse& job, Lines& lines) {
                                           ? absl::StrCat(", which is at ", status.audits_out(), " now")
                                           : ""));
   }
+  if (status.units_unconfirmed() > 0) {
+    lines.add("unconfirmed", absl::StrCat(status.units_unconfirmed(),
+                                          " units rest on one certificate each, for no worker with "
+                                          "another one could look at them"));
+  }
   if (status.units_adopted() > 0) {
     lines.add("taken over", absl::StrCat(status.units_adopted(), " units of job ", status.adopted_from()));
   }

@@ -65,6 +65,7 @@ absl::Status write_statistics(const RenderStatistics& statistics, const std::str
       {"samples", counts.fireflies()},
       {"share_of_light", counts.light() > 0 ? counts.firefly_light() / counts.light() : 0.0}};
   json["units_adopted"] = statistics.status.units_adopted();
+  json["units_unconfirmed"] = statistics.status.units_unconfirmed();
   json["peak_memory_bytes"] = peak_memory_bytes();
   json["spp"] = statistics.spec.samples().spp();
   json["noise"] = statistics.spec.samples().noise();

@@ -262,6 +262,7 @@ v1::JobStatus status_of(const JobEntry& entry, const JobView& view) {
   }
   status.set_revision(view.revision);
   status.set_units_adopted(view.units_adopted);
+  status.set_units_unconfirmed(view.units_unconfirmed);
   status.set_audits(view.audits);
   status.set_audits_out(view.audits_out);
   status.set_adopted_from(view.adopted_from);
