@@ -35,7 +35,7 @@ TEST(JobSettings, EverythingHasADefault) {
   EXPECT_EQ(spec.view().height(), 480U);
   EXPECT_EQ(spec.cut().crop().x1(), 640U);
   EXPECT_EQ(spec.cut().crop().y1(), 480U);
-  EXPECT_EQ(spec.cut().tile_size(), 32U);
+  EXPECT_EQ(spec.cut().tile_size(), 128U) << "paths are shared across edges";
   EXPECT_EQ(spec.content().algorithms().integrator(), "path");
   EXPECT_EQ(spec.view().sampler(), v1::SAMPLER_SOBOL);
   EXPECT_EQ(spec.samples().spp(), 16U);
@@ -232,6 +232,7 @@ TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
 
 TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsIt) {
   ImportedScene scene = scene_of(64, 64);
+  scene.scene.mutable_settings()->set_path_sharing(v1::PATH_SHARING_OFF);
   const auto reconstruction = [&](const JobSettings& request = {}) {
     const auto job = prepare_job(request, scene, "");
     EXPECT_TRUE(job.ok()) << job.status();
