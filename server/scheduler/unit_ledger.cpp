@@ -5,18 +5,34 @@
 
 namespace tessera::server {
 
-UnitLedger::UnitLedger(std::uint32_t count) : states_(count, UnitState::kPending), sequences_(count) {}
+UnitLedger::UnitLedger(std::uint32_t count)
+    : count_(count), pages_((std::size_t{count} + kPageUnits - 1) / kPageUnits) {}
+
+UnitLedger::Page& UnitLedger::page_of(std::uint32_t unit) {
+  const std::uint32_t number = unit / kPageUnits;
+  std::unique_ptr<Page>& page = pages_[number];
+  if (page == nullptr) page = std::make_unique<Page>(std::min(kPageUnits, count_ - number * kPageUnits));
+  return *page;
+}
 
 void UnitLedger::open_until(std::uint32_t end) {
   assert(end >= open_end_ && end <= count());
-  for (; open_end_ < end; ++open_end_) {
-    if (states_[open_end_] == UnitState::kPending) ++pending_;
+  while (open_end_ < end) {
+    const std::uint32_t number = open_end_ / kPageUnits;
+    const std::uint32_t page_end = std::min(end, (number + 1) * kPageUnits);
+    std::uint32_t pending = page_end - open_end_;
+    if (const Page* const page = pages_[number].get(); page != nullptr) {
+      const auto first = page->states.begin() + open_end_ % kPageUnits;
+      pending = static_cast<std::uint32_t>(std::count(first, first + pending, UnitState::kPending));
+    }
+    pending_ += pending;
+    open_end_ = page_end;
   }
 }
 
 void UnitLedger::close_from(std::uint32_t end) {
   while (open_end_ > end) {
-    const UnitState state = states_[--open_end_];
+    const UnitState state = this->state(--open_end_);
     assert(state == UnitState::kPending || state == UnitState::kDone);
     if (state == UnitState::kPending) --pending_;
   }
@@ -30,11 +46,11 @@ std::optional<std::uint32_t> UnitLedger::next_pending() {
     // A unit that was put back twice while it waited here comes up twice in a row.
     while (!returned_.empty() && returned_.top() == unit) returned_.pop();
     // Those that were closed meanwhile come when they are open again.
-    if (unit < open_end_ && states_[unit] == UnitState::kPending) return unit;
+    if (unit < open_end_ && state(unit) == UnitState::kPending) return unit;
   }
   while (first_untouched_ < open_end_) {
     const std::uint32_t unit = first_untouched_++;
-    if (states_[unit] == UnitState::kPending) return unit;
+    if (state(unit) == UnitState::kPending) return unit;
   }
   return std::nullopt;
 }
@@ -55,7 +71,7 @@ std::vector<AcceptedResult> UnitLedger::results() const {
   std::vector<AcceptedResult> counting;
   for (const AcceptedResult& result : results_) {
     const std::uint32_t unit = result.units.first;
-    if (result.sequence != 0 && states_[unit] == UnitState::kDone && sequences_[unit] == result.sequence) {
+    if (result.sequence != 0 && state(unit) == UnitState::kDone && sequence_of(unit) == result.sequence) {
       counting.push_back(result);
     }
   }
@@ -64,7 +80,7 @@ std::vector<AcceptedResult> UnitLedger::results() const {
 
 /// Takes the unit out of the count of its state.
 void UnitLedger::leave(std::uint32_t unit) {
-  switch (states_[unit]) {
+  switch (state(unit)) {
     case UnitState::kPending:
       if (unit < open_end_) --pending_;
       return;
@@ -81,16 +97,16 @@ void UnitLedger::leave(std::uint32_t unit) {
 }
 
 void UnitLedger::take(std::uint32_t unit) {
-  assert(unit < open_end_ && states_[unit] == UnitState::kPending);
+  assert(unit < open_end_ && state(unit) == UnitState::kPending);
   leave(unit);
-  states_[unit] = UnitState::kLeased;
+  set(unit, UnitState::kLeased);
   ++leased_;
 }
 
 void UnitLedger::put_back(std::uint32_t unit) {
-  assert(states_[unit] != UnitState::kPending);
+  assert(state(unit) != UnitState::kPending);
   leave(unit);
-  states_[unit] = UnitState::kPending;
+  set(unit, UnitState::kPending);
   if (unit < open_end_) ++pending_;
   if (unit < first_untouched_) returned_.push(unit);
 }
@@ -100,18 +116,18 @@ void UnitLedger::finish(const AcceptedResult& result) {
   assert(result.sequence > 0 && results_[result.sequence - 1].sequence == 0);
   results_[result.sequence - 1] = result;
   for (const std::uint32_t unit : result.units) {
-    assert(states_[unit] != UnitState::kDone);
+    assert(state(unit) != UnitState::kDone);
     leave(unit);
-    states_[unit] = UnitState::kDone;
-    sequences_[unit] = result.sequence;
+    set(unit, UnitState::kDone);
+    page_of(unit).sequences[unit % kPageUnits] = result.sequence;
     ++done_;
   }
 }
 
 void UnitLedger::set_aside(std::uint32_t unit) {
-  assert(states_[unit] != UnitState::kDone);
+  assert(state(unit) != UnitState::kDone);
   leave(unit);
-  states_[unit] = UnitState::kSetAside;
+  set(unit, UnitState::kSetAside);
   ++set_aside_;
 }
 

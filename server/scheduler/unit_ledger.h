@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <queue>
 #include <vector>
@@ -28,14 +29,15 @@ struct AcceptedResult {
 };
 
 /// Units up to an end are open: those that are pending may be taken. The others wait until it is moved.
-/// 5 bytes a unit, and 32 a result. Every operation takes O(log n) a unit, amortised over the life of a job,
-/// but for `results`.
+/// Units are kept in pages that are made when one of their units is first anything but pending: 5 bytes a
+/// unit of these, and 32 a result. Every operation takes O(log n) a unit, amortised over the life of a job,
+/// but for `results`; to open units takes O(1) a page.
 class UnitLedger {
  public:
   /// All units are closed.
   explicit UnitLedger(std::uint32_t count);
 
-  std::uint32_t count() const { return static_cast<std::uint32_t>(states_.size()); }
+  std::uint32_t count() const { return count_; }
   /// Units below it are open.
   std::uint32_t open_end() const { return open_end_; }
   /// Moves that up; units that were not closed before are as they were.
@@ -50,9 +52,12 @@ class UnitLedger {
   std::uint32_t set_aside() const { return set_aside_; }
   /// Every open unit is done or set aside.
   bool settled() const { return pending_ == 0 && leased_ == 0; }
-  UnitState state(std::uint32_t unit) const { return states_[unit]; }
+  UnitState state(std::uint32_t unit) const {
+    const Page* const page = pages_[unit / kPageUnits].get();
+    return page == nullptr ? UnitState::kPending : page->states[unit % kPageUnits];
+  }
   /// Result of a unit that is done.
-  const AcceptedResult& result(std::uint32_t unit) const { return results_[sequences_[unit] - 1]; }
+  const AcceptedResult& result(std::uint32_t unit) const { return results_[sequence_of(unit) - 1]; }
   /// Those that count, by sequence number. Looks at every result; for events that are rare.
   std::vector<AcceptedResult> results() const;
 
@@ -72,12 +77,25 @@ class UnitLedger {
   void set_aside(std::uint32_t unit);
 
  private:
+  static constexpr std::uint32_t kPageUnits = 4096;
+  struct Page {
+    explicit Page(std::uint32_t count) : states(count, UnitState::kPending), sequences(count) {}
+    std::vector<UnitState> states;
+    std::vector<std::uint32_t> sequences;  // of the results of units that are done
+  };
+
+  std::uint32_t sequence_of(std::uint32_t unit) const {
+    return pages_[unit / kPageUnits]->sequences[unit % kPageUnits];
+  }
+  /// The page of a unit that changes.
+  Page& page_of(std::uint32_t unit);
+  void set(std::uint32_t unit, UnitState state) { page_of(unit).states[unit % kPageUnits] = state; }
   std::optional<std::uint32_t> next_pending();
   void leave(std::uint32_t unit);
 
-  std::vector<UnitState> states_;
-  std::vector<std::uint32_t> sequences_;  // of the results of units that are done
-  std::vector<AcceptedResult> results_;   // by sequence number - 1; some do not count any more
+  std::uint32_t count_;
+  std::vector<std::unique_ptr<Page>> pages_;
+  std::vector<AcceptedResult> results_;  // by sequence number - 1; some do not count any more
   std::uint32_t open_end_ = 0;
   std::uint32_t pending_ = 0;  // open ones
   std::uint32_t leased_ = 0;

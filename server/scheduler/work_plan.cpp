@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <bit>
-#include <cstdlib>
 #include <functional>
-#include <numeric>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -126,36 +124,6 @@ absl::Status check(const v1::JobSpec& spec) {
   return absl::OkStatus();
 }
 
-/// Tile numbers of a grid by rings around its middle, each ring in one turn.
-std::vector<std::uint32_t> tiles_from_middle(std::uint32_t columns, std::uint32_t rows) {
-  struct Place {
-    std::uint32_t tile, ring, along;
-  };
-  std::vector<Place> places;
-  places.reserve(std::size_t{columns} * rows);
-  for (std::uint32_t row = 0; row < rows; ++row) {
-    for (std::uint32_t column = 0; column < columns; ++column) {
-      // Twice the offset from the middle, so that even grids have a middle as well.
-      const int dx = 2 * static_cast<int>(column) - static_cast<int>(columns - 1);
-      const int dy = 2 * static_cast<int>(row) - static_cast<int>(rows - 1);
-      const int ring = std::max(std::abs(dx), std::abs(dy));
-      // Clockwise along the ring's square: top, right, bottom, left.
-      const int along = dy == -ring  ? dx + ring
-                        : dx == ring ? 3 * ring + dy
-                        : dy == ring ? 5 * ring - dx
-                                     : 7 * ring - dy;
-      places.push_back(
-          {row * columns + column, static_cast<std::uint32_t>(ring), static_cast<std::uint32_t>(along)});
-    }
-  }
-  std::stable_sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    return a.ring != b.ring ? a.ring < b.ring : a.along < b.along;
-  });
-  std::vector<std::uint32_t> tiles(places.size());
-  std::transform(places.begin(), places.end(), tiles.begin(), [](const Place& place) { return place.tile; });
-  return tiles;
-}
-
 }  // namespace
 
 absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
@@ -173,16 +141,16 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   plan.range_count_ = divide_up(plan.samples_, plan.samples_per_unit_);
   plan.first_column_ = plan.crop_.x0() / plan.tile_size_;
   plan.first_row_ = plan.crop_.y0() / plan.tile_size_;
-  plan.columns_ = divide_up(plan.crop_.x1(), plan.tile_size_) - plan.first_column_;
+  const std::uint32_t columns = divide_up(plan.crop_.x1(), plan.tile_size_) - plan.first_column_;
   const std::uint32_t rows = divide_up(plan.crop_.y1(), plan.tile_size_) - plan.first_row_;
 
-  const std::uint64_t tiles = std::uint64_t{plan.columns_} * rows;
+  const std::uint64_t tiles = std::uint64_t{columns} * rows;
   if (plan.phases_.unit_count() + tiles * plan.range_count_ > wire::kMaxUnitsPerJob) {
     return unsound(absl::StrCat(tiles, " tiles times ", plan.range_count_, " sample ranges are more than ",
                                 wire::kMaxUnitsPerJob,
                                 " units; larger tiles or more samples a unit would help"));
   }
-  plan.tiles_ = tiles_from_middle(plan.columns_, rows);
+  plan.tiles_ = TileOrder{columns, rows};
   return plan;
 }
 
@@ -208,9 +176,9 @@ std::optional<UnitRun> WorkPlan::run(std::uint32_t first, std::uint32_t count) c
 v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
   if (!is_of_picture(run.first)) return phases_.unit(run.first);
   const std::uint32_t range = (run.first - phases_.unit_count()) / tile_count();
-  const std::uint32_t tile = tiles_[tile_of(run.first)];
-  const std::uint32_t x = (first_column_ + tile % columns_) * tile_size_;
-  const std::uint32_t y = (first_row_ + tile / columns_) * tile_size_;
+  const TileOrder::Tile tile = tiles_.tile(tile_of(run.first));
+  const std::uint32_t x = (first_column_ + tile.column) * tile_size_;
+  const std::uint32_t y = (first_row_ + tile.row) * tile_size_;
 
   v1::WorkUnit unit;
   unit.set_index(run.first);

@@ -3,10 +3,10 @@
 
 #include <cstdint>
 #include <optional>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "scheduler/phase_plan.h"
+#include "scheduler/tile_order.h"
 #include "scheduler/unit_run.h"
 #include "tessera/v1/job.pb.h"
 
@@ -17,7 +17,7 @@ v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec);
 
 /// The units of one job: those of its phases, then those of its picture, which are the tiles of its crop (one
 /// for all of it, when it works in passes), times its sample ranges. Units are made when asked for, so a plan
-/// takes four bytes a tile. Unit indices ascend in the order in which units are best handed out: of the
+/// takes no memory for them. Unit indices ascend in the order in which units are best handed out: of the
 /// picture the first sample range of all tiles, from the middle outwards, then the next range; so a first
 /// picture appears early.
 class WorkPlan {
@@ -29,7 +29,7 @@ class WorkPlan {
   const PhasePlan& phases() const { return phases_; }
   bool is_of_picture(std::uint32_t unit) const { return unit >= phases_.unit_count(); }
 
-  std::uint32_t tile_count() const { return static_cast<std::uint32_t>(tiles_.size()); }
+  std::uint32_t tile_count() const { return tiles_.count(); }
   /// Tile of a unit of the picture, in the order in which they are handed out.
   std::uint32_t tile_of(std::uint32_t unit) const { return (unit - phases_.unit_count()) % tile_count(); }
 
@@ -66,9 +66,8 @@ class WorkPlan {
   std::uint32_t samples_ = 0;
   std::uint32_t samples_per_unit_ = 0;
   std::uint32_t range_count_ = 0;
-  // Row-major numbers within the grid of tiles that the crop touches, in hand-out order.
-  std::vector<std::uint32_t> tiles_;
-  std::uint32_t first_column_ = 0, first_row_ = 0, columns_ = 0;
+  TileOrder tiles_;  // of the grid of tiles that the crop touches
+  std::uint32_t first_column_ = 0, first_row_ = 0;
 };
 
 }  // namespace tessera::server

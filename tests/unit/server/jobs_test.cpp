@@ -6,7 +6,9 @@
 #include <set>
 #include <thread>
 
+#include "support/process/peak_memory.h"
 #include "unit/server/coordinator_fixture.h"
+#include "wire/limits.h"
 
 namespace tessera::server {
 namespace {
@@ -294,6 +296,25 @@ TEST_F(JobsTest, HaveSoManyUnitsTogetherAndNoMore) {
     clock_.live_through(std::chrono::seconds{1});
   }
   EXPECT_EQ(try_submit("fourth", spec).error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+}
+
+TEST_F(JobsTest, AJobOfSixteenMillionUnitsTakesTheMemoryOfThoseThatWereBegun) {
+  v1::JobSpec spec = job_spec();
+  for (const auto set : {&v1::PixelRect::set_x1, &v1::PixelRect::set_y1})
+    (spec.mutable_cut()->mutable_crop()->*set)(wire::kMaxFilmSize);
+  spec.mutable_view()->set_width(wire::kMaxFilmSize);
+  spec.mutable_view()->set_height(wire::kMaxFilmSize);
+  const std::string worker = register_worker();
+  const support::PeakMemory memory;
+  std::string id;
+  ASSERT_TRUE(try_submit("large", spec, &id).ok());
+  EXPECT_EQ(job(id).units_total(), wire::kMaxUnitsPerJob);
+  render_all(worker);
+  EXPECT_EQ(job(id).units_done(), 100u);
+  // One byte a unit would be 16 MiB; calls and results of this test take less than 8.
+  if (const auto growth = memory.growth()) {
+    EXPECT_LT(*growth, std::uint64_t{12} << 20);
+  }
 }
 
 TEST_F(JobsTest, ShutdownEndsEveryCall) {

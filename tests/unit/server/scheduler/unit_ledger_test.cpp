@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 namespace tessera::server {
 namespace {
 
@@ -45,6 +48,29 @@ TEST(UnitLedger, UnitsDoneOutOfTurnDoNotComeUp) {
   EXPECT_EQ(units.result(1).fingerprint, 11u);
   units.put_back(2);  // never taken in turn before
   EXPECT_EQ(units.take_pending(kAny), 2u);
+}
+
+TEST(UnitLedger, KeepsCountOverManyUnits) {
+  constexpr std::uint32_t kUnits = 100'000;  // many pages, the last one not full
+  UnitLedger units(kUnits);
+  units.finish({.fingerprint = 1, .sequence = 1, .units = {.first = 50'000, .count = 2, .step = 10'000}});
+  units.open_until(5'000);
+  EXPECT_EQ(units.pending(), 5'000u);
+  units.open_until(60'000);
+  EXPECT_EQ(units.pending(), 59'999u);
+  units.open_until(kUnits);
+  EXPECT_EQ(units.pending(), kUnits - 2);
+  std::vector<std::uint32_t> taken;
+  while (const auto unit = units.take_pending(kAny)) taken.push_back(*unit);
+  EXPECT_EQ(taken.size(), kUnits - 2);
+  EXPECT_TRUE(std::ranges::is_sorted(taken));
+  EXPECT_EQ(units.leased(), kUnits - 2);
+  for (const std::uint32_t unit : taken) units.put_back(unit);
+  units.close_from(50'001);
+  EXPECT_EQ(units.pending(), 50'000u);
+  units.open_until(kUnits);
+  EXPECT_EQ(units.pending(), kUnits - 2);
+  EXPECT_EQ(units.result(60'000).fingerprint, 1u);
 }
 
 TEST(UnitLedger, CountsFollowEveryChangeOfState) {

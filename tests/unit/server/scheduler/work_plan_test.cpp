@@ -3,9 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cstdlib>
 #include <functional>
+#include <tuple>
+#include <vector>
 
 #include "wire/job_check.h"
 
@@ -115,6 +118,45 @@ TEST(WorkPlan, BeginsInTheMiddle) {
     EXPECT_GE(ring, last_ring);
     last_ring = ring;
   }
+}
+
+TEST(TileOrder, IsThatOfRingsRoundTheMiddleClockwise) {
+  constexpr int kMost = 9;
+  for (int columns = 1; columns <= kMost; ++columns) {
+    for (int rows = 1; rows <= kMost; ++rows) {
+      // Every tile with its ring, and how far along the ring it is.
+      std::vector<std::tuple<int, int, int, int>> expected;
+      for (int row = 0; row < rows; ++row) {
+        for (int column = 0; column < columns; ++column) {
+          const int x = 2 * column - (columns - 1), y = 2 * row - (rows - 1);
+          const int ring = std::max(std::abs(x), std::abs(y));
+          const int along = y == -ring  ? x + ring
+                            : x == ring ? 3 * ring + y
+                            : y == ring ? 5 * ring - x
+                                        : 7 * ring - y;
+          expected.emplace_back(ring, along, column, row);
+        }
+      }
+      std::ranges::sort(expected);
+      const TileOrder order(static_cast<std::uint32_t>(columns), static_cast<std::uint32_t>(rows));
+      ASSERT_EQ(order.count(), expected.size());
+      for (std::uint32_t i = 0; i < order.count(); ++i) {
+        const TileOrder::Tile tile = order.tile(i);
+        ASSERT_EQ(static_cast<int>(tile.column), std::get<2>(expected[i]))
+            << columns << " x " << rows << ": " << i;
+        ASSERT_EQ(static_cast<int>(tile.row), std::get<3>(expected[i]))
+            << columns << " x " << rows << ": " << i;
+      }
+    }
+  }
+}
+
+TEST(TileOrder, EndsInACornerOfTheLargestGrid) {
+  const TileOrder order(4096, 4096);
+  EXPECT_EQ(order.count(), 1u << 24);
+  const TileOrder::Tile last = order.tile(order.count() - 1);
+  EXPECT_EQ(last.column, 0u);
+  EXPECT_EQ(last.row, 1u) << "the corner itself is where the ring began";
 }
 
 TEST(WorkPlan, LightTracingWorksInPassesOverTheCrop) {
