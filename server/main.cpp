@@ -127,12 +127,35 @@ absl::Status serve(tessera::server::Coordinator& coordinator, const sigset_t& si
   return status;
 }
 
+/// Options by which clients are bounded, all of them or single ones.
+void define_quota_options(tessera::options::Command& command, tessera::server::Quotas& quotas,
+                          const tessera::options::Option& tls) {
+  command.group("Quotas of clients (NUMBER for all, USER=NUMBER for one); administrators have none");
+  const auto add = [&](const char* name, auto& quota, const char* description, auto read) {
+    command
+        .add_list_read_by(
+            name, [&quota, read](const std::string& text) { return read(text, quota); }, [] {}, description)
+        .type_name("[USER=]NUMBER")
+        .needs(tls);
+  };
+  const auto number = [](const std::string& text, auto& quota) {
+    return tessera::server::read_quota(text, quota);
+  };
+  add("--max-priority", quotas.priority, "highest priority of their jobs (default: 0)", number);
+  add("--max-open-jobs", quotas.open_jobs, "jobs that are not over (default: 10000)", number);
+  add("--max-open-units", quotas.units, "units of jobs that are not over (default: 33554432)", number);
+  add("--max-blobs", quotas.blob_bytes,
+      "GB of scenes, meshes and textures of jobs that are kept, and of uploads (default: half of the disk of "
+      "--data)",
+      &tessera::server::read_gigabytes);
+}
+
 void define_tls_options(tessera::options::Command& command, Options& options) {
   command.group("Encryption");
-  command
-      .add("--tls", options.coordinator.certificates,
-           "a server's certificates: encrypts, and authenticates callers")
-      .type_name("DIR");
+  const auto tls = command
+                       .add("--tls", options.coordinator.certificates,
+                            "a server's certificates: encrypts, and authenticates callers")
+                       .type_name("DIR");
   command.add_flag("--allow-insecure", options.coordinator.allow_insecure,
                    "serve without encryption on an address that is not loopback");
   command.add_flag("--share-jobs", options.coordinator.share_jobs,
@@ -145,6 +168,7 @@ void define_tls_options(tessera::options::Command& command, Options& options) {
       .add("--join-listen", options.coordinator.join_listen,
            "address at which they join, without a certificate (default: the port behind that of --listen)")
       .type_name("ADDR:PORT");
+  define_quota_options(command, options.coordinator.quotas, tls);
   command.group("Making certificates, instead of serving");
   const auto init = command
                         .add("--init-tls", options.new_certificates,

@@ -111,6 +111,11 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
   const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
       LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
   if (!seal.ok()) return seal.status();
+  Quotas quotas = options.quotas;
+  if (quotas.blob_bytes.of_all == Quotas::kUnbounded && !options.data_dir.empty()) {
+    if (const absl::StatusOr<DiskSpace> disk = disk_space(options.data_dir); disk.ok())
+      quotas.blob_bytes.of_all = disk->total_bytes / 2;
+  }
   absl::StatusOr<std::unique_ptr<Farm>> opened_farm = Farm::open(
       *journal, *blobs,
       {.heartbeat_interval = options.heartbeat_interval,
@@ -122,6 +127,7 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
                      .blobs = options.keep_blobs,
                      .interval = options.prune_interval},
        .max_open_units = options.max_open_units,
+       .quotas = quotas,
        .longest_run = options.longest_run,
        .order = options.order,
        .share_results = options.share_jobs || options.certificates.empty(),
@@ -232,9 +238,12 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), web_port ? &*web_port : nullptr,
                        options.share_jobs);
   work_service.emplace(*farm, accounts);
-  blob_service.emplace(*blobs, *streams, [this](const std::string& digest, std::uint64_t bytes) {
-    farm->note_upload(digest, bytes);
-  });
+  blob_service.emplace(
+      *blobs, *streams,
+      [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); },
+      [this](const grpc::CallbackServerContext& context, const v1::UploadRequest& first) {
+        return farm->begin_upload(first.blob(), caller_of(context.auth_context().get()));
+      });
 
   if (!options.health.empty()) {
     absl::StatusOr<std::unique_ptr<HealthServer>> started = HealthServer::start(options.health, *connections);

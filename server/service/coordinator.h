@@ -14,6 +14,7 @@
 #include "scheduler/turn_order.h"
 #include "service/farm/accounts.h"
 #include "service/farm/farm_clock.h"
+#include "service/farm/quotas.h"
 #include "telemetry/recent_lines.h"
 
 namespace tessera::server {
@@ -89,6 +90,9 @@ struct CoordinatorOptions {
   std::optional<std::uint64_t> keep_free_bytes = {};
   /// Most units that the jobs have together that are not over; each takes 5 bytes, and each result 48.
   std::uint64_t max_open_units = std::uint64_t{1} << 27;
+  /// Upper bounds of what one client may ask for, where clients have certificates. Without a bound of the
+  /// bytes of blobs: half of the disk of the data directory.
+  Quotas quotas = {};
   /// Defaults of jobs that do not say: whether all of an image is to have the bits of one arithmetic class,
   /// and the kernels (empty: any).
   bool same_bits = true;

@@ -16,11 +16,14 @@
 #include "absl/status/statusor.h"
 #include "scheduler/scheduler.h"
 #include "service/farm/accounts.h"
+#include "service/farm/caller.h"
 #include "service/farm/dispatcher.h"
 #include "service/farm/farm_clock.h"
 #include "service/farm/job_keeper.h"
 #include "service/farm/lease_seal.h"
+#include "service/farm/quotas.h"
 #include "service/farm/unclaimed_uploads.h"
+#include "service/farm/user_blobs.h"
 #include "service/job/adoption.h"
 #include "service/job/end_listener.h"
 #include "service/job/job_table.h"
@@ -39,7 +42,8 @@ struct FarmOptions {
   std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
   std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
-  std::chrono::milliseconds longest_run{10'000};          // SchedulerOptions::longest_run
+  Quotas quotas = {};
+  std::chrono::milliseconds longest_run{10'000};  // SchedulerOptions::longest_run
   JobOrder order = JobOrder::kFirstCome;
   bool share_results = false;             // jobs take over those of other users' jobs too
   std::shared_ptr<const LeaseSeal> seal;  // of this data directory
@@ -83,9 +87,9 @@ class Farm {
   /// `wake`.
   void stop();
 
-  // ---- clients
+  // ---- clients. The quotas of `by` hold: PermissionDenied and ResourceExhausted, as Quotas has them.
 
-  void submit(const v1::SubmitJobRequest& request, Done<std::string> done);
+  void submit(const v1::SubmitJobRequest& request, Done<std::string> done, const Caller& by = {});
   absl::StatusOr<v1::GetJobResponse> get_job(const std::string& id);
   v1::ListJobsResponse list_jobs();
   /// Who submitted a job.
@@ -93,8 +97,8 @@ class Farm {
   void cancel(const std::string& id, Done<v1::JobStatus> done);
   /// FailedPrecondition when the job is not over.
   void delete_job(const std::string& id, DoneEmpty done);
-  void retry(const std::string& id, Done<v1::JobStatus> done);
-  void adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done);
+  void retry(const std::string& id, Done<v1::JobStatus> done, const Caller& by = {});
+  void adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done, const Caller& by = {});
   v1::ListWorkersResponse list_workers();
   /// How often each worker is to be heard of, now.
   std::chrono::milliseconds heartbeat_interval() const;
@@ -127,6 +131,9 @@ class Farm {
   void subscribe(std::function<bool()> wake) { dispatcher_.subscribe(std::move(wake)); }
   bool stopping() const { return stopping_; }
 
+  /// A client begins to upload a blob, or goes on with it: its bytes count against the client until a job
+  /// names it.
+  absl::Status begin_upload(const v1::BlobRef& blob, const Caller& by);
   /// A blob was uploaded, so the next job that refers to it is told what it cost.
   void note_upload(const std::string& digest, std::uint64_t bytes);
 
@@ -195,11 +202,20 @@ class Farm {
   /// A result that was journaled cannot be read any more. With mutex_ held.
   absl::Status do_again(JobEntry& entry, std::uint64_t sequence, const absl::Status& damage);
 
-  absl::Status check_blobs(const v1::JobSpec& spec) const;
+  /// Sizes of the job's blobs, in their order. FailedPrecondition where some are missing.
+  absl::StatusOr<std::vector<std::uint64_t>> blob_sizes(const v1::JobSpec& spec) const;
+  /// The job and its blobs count as its user's from now on. With mutex_ held.
+  JobEntry& keep(JobEntry entry, const std::vector<std::uint64_t>& sizes);
   /// Whether the jobs that the new one comes after are there, and may still be done. With mutex_ held.
   absl::Status check_after(const v1::JobSpec& spec);
   /// Whether the units of one more job fit into memory. With mutex_ held.
   absl::Status check_capacity(const JobShape& shape) const;
+  /// What the user has of the farm. With mutex_ held.
+  UserShare share_of(const std::string& user) const;
+  /// The share that the job's user has with one more such job, and with these blobs. With mutex_ held.
+  UserShare share_with(const JobShape& shape, const std::vector<std::uint64_t>& sizes) const;
+  /// Whether `by` may have the job opened again, which is over. With mutex_ held.
+  absl::Status check_reopening(const JobEntry& entry, const Caller& by) const;
   /// The job that the new one takes results from; none when there is none. What is wrong with
   /// `request.continued`.
   absl::StatusOr<std::optional<Donor>> find_donor(const v1::SubmitJobRequest& request, const JobShape& shape);
@@ -245,6 +261,7 @@ class Farm {
   Scheduler scheduler_;
   JobTable jobs_;
   UnclaimedUploads uploads_;
+  UserBlobs user_blobs_;
   struct Registration {
     std::shared_ptr<const Accounts::Hold> account;
     std::uint64_t failures = 0, resident_bytes = 0;  // for people

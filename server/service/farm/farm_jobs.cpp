@@ -150,26 +150,41 @@ void Farm::delete_job(const std::string& id, DoneEmpty done) {
 }
 
 void Farm::forget(const std::string& id, DoneEmpty done) {
-  if (!jobs_.find(id)->past) static_cast<void>(scheduler_.forget_job(id));
+  const JobEntry& entry = *jobs_.find(id);
+  if (!entry.past) static_cast<void>(scheduler_.forget_job(id));
+  user_blobs_.remove(entry.shape->spec);
   jobs_.erase(id);
   keeper_.forget(id);
   commit({JobPruned{.id = id}}, {}, /*wait=*/true, std::move(done));
 }
 
-void Farm::retry(const std::string& id, Done<v1::JobStatus> done) {
+absl::Status Farm::check_reopening(const JobEntry& entry, const Caller& by) const {
+  if (!by.has_quotas()) return absl::OkStatus();
+  const std::string& user = entry.shape->spec.farm().user();
+  if (absl::Status s = options_.quotas.check_priority(by.user, view_of(entry).priority); !s.ok()) return s;
+  UserShare share = share_of(user);
+  ++share.open_jobs;
+  return options_.quotas.check_share(user, share);
+}
+
+void Farm::retry(const std::string& id, Done<v1::JobStatus> done, const Caller& by) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   const std::lock_guard lock(mutex_);
   const absl::StatusOr<JobEntry*> entry = find_job(id);
   if (!entry.ok()) return done(entry.status());
-  const bool over = (*entry)->past && (*entry)->past->state != v1::DONE;
-  absl::Status status =
-      over ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over and not incomplete"))
-      : (*entry)->past ? absl::OkStatus()
-                       : scheduler_.retry_job(id);
+  if ((*entry)->past) {
+    const bool is_done = (*entry)->past->state == v1::DONE;
+    const absl::Status over =
+        absl::FailedPreconditionError(absl::StrCat("job ", id, " is over and not incomplete"));
+    return answer_with_status(is_done ? absl::OkStatus() : over, id, std::move(done));
+  }
+  absl::Status status = absl::OkStatus();
+  if (scheduler_.job(id)->state == v1::INCOMPLETE) status = check_reopening(**entry, by);
+  if (status.ok()) status = scheduler_.retry_job(id);
   answer_with_status(status, id, std::move(done));
 }
 
-void Farm::adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done) {
+void Farm::adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done, const Caller& by) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   const std::lock_guard lock(mutex_);
   const std::string& id = request.job_id();
@@ -177,6 +192,8 @@ void Farm::adjust(const v1::AdjustJobRequest& request, Done<v1::JobStatus> done)
   if (!entry.ok()) return done(entry.status());
   absl::Status status =
       (*entry)->past ? absl::FailedPreconditionError(absl::StrCat("job ", id, " is over")) : absl::OkStatus();
+  if (status.ok() && request.has_priority() && by.has_quotas())
+    status = options_.quotas.check_priority(by.user, request.priority());
   if (status.ok() && request.has_paused()) status = scheduler_.pause_job(id, request.paused());
   if (status.ok() && request.has_priority()) status = scheduler_.set_priority(id, request.priority());
   answer_with_status(status, id, std::move(done));

@@ -20,15 +20,17 @@ constexpr std::uint64_t kMaxSpecBytes = std::uint64_t{2} << 30,
 
 }  // namespace
 
-absl::Status Farm::check_blobs(const v1::JobSpec& spec) const {
+absl::StatusOr<std::vector<std::uint64_t>> Farm::blob_sizes(const v1::JobSpec& spec) const {
   std::size_t missing = 0;
   const v1::BlobRef* first = nullptr;
-  const auto look_for = [&](const v1::BlobRef& blob) {
-    if (blobs_.query(blob.digest()).complete) return;
+  std::vector<std::uint64_t> sizes;
+  for (const v1::BlobRef& blob : spec.farm().blobs()) {
+    const UploadState stored = blobs_.query(blob.digest());
+    sizes.push_back(stored.stored_bytes);
+    if (stored.complete) continue;
     if (missing++ == 0) first = &blob;
-  };
-  for (const v1::BlobRef& blob : spec.farm().blobs()) look_for(blob);
-  if (missing == 0) return absl::OkStatus();
+  }
+  if (missing == 0) return sizes;
   return absl::FailedPreconditionError(absl::StrCat(missing, " blobs are missing; upload them first. One is ",
                                                     first->digest(), " (", first->path(), ")"));
 }
@@ -54,6 +56,25 @@ absl::Status Farm::check_capacity(const JobShape& shape) const {
                    options_.max_open_units, " that the coordinator keeps; try again when some are done"));
 }
 
+UserShare Farm::share_of(const std::string& user) const {
+  UserShare share{.blob_bytes = user_blobs_.bytes_of(user) + uploads_.held_by(user)};
+  for (const auto& entry : jobs_.all()) {
+    if (entry->past || entry->shape->spec.farm().user() != user) continue;
+    share.open_jobs += entry->durable_end ? 0 : 1;
+    share.units += entry->shape->plan->unit_count();
+  }
+  return share;
+}
+
+UserShare Farm::share_with(const JobShape& shape, const std::vector<std::uint64_t>& sizes) const {
+  const std::string& user = shape.spec.farm().user();
+  UserShare share = share_of(user);
+  ++share.open_jobs;
+  share.units += shape.plan->unit_count();
+  share.blob_bytes = user_blobs_.bytes_with(shape.spec, sizes) + uploads_.held_by(user, shape.spec);
+  return share;
+}
+
 absl::Status Farm::check_after(const v1::JobSpec& spec) {
   for (const std::string& id : spec.farm().after()) {
     const absl::StatusOr<JobEntry*> other = find_job(id);
@@ -63,6 +84,16 @@ absl::Status Farm::check_after(const v1::JobSpec& spec) {
     return absl::FailedPreconditionError(absl::StrCat("job ", id, ", which has to be done first, ",
                                                       state == v1::FAILED ? "failed" : "was cancelled"));
   }
+  return absl::OkStatus();
+}
+
+absl::Status Farm::begin_upload(const v1::BlobRef& blob, const Caller& by) {
+  if (!by.has_quotas() || blobs_.query(blob.digest()).complete) return absl::OkStatus();
+  const std::lock_guard lock(mutex_);
+  const std::uint64_t bytes =
+      user_blobs_.bytes_of(by.user) + uploads_.held_by(by.user, blob.digest()) + blob.size_bytes();
+  if (absl::Status s = options_.quotas.check_blob_bytes(by.user, bytes); !s.ok()) return s;
+  uploads_.begin(blob.digest(), blob.size_bytes(), by.user, clock_.now());
   return absl::OkStatus();
 }
 
@@ -173,7 +204,7 @@ absl::StatusOr<std::vector<JournalEntry>> Farm::add_job(JobEntry& entry, const s
   return entries;
 }
 
-void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
+void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done, const Caller& by) {
   if (absl::Status status = check_serving(); !status.ok()) return done(std::move(status));
   if (request.request_id().empty() || request.request_id().size() > wire::kMaxTextBytes) {
     return done(absl::InvalidArgumentError("request_id is empty or too long"));
@@ -184,7 +215,12 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   if (spec.farm().isa().empty()) spec.mutable_farm()->set_isa(options_.isa);
   auto shape = JobShape::make(std::move(spec));
   if (!shape.ok()) return done(shape.status());
-  if (absl::Status status = check_blobs(request.spec()); !status.ok()) return done(std::move(status));
+  if (by.has_quotas()) {
+    const absl::Status s = options_.quotas.check_priority(by.user, (*shape)->spec.farm().priority());
+    if (!s.ok()) return done(s);
+  }
+  const absl::StatusOr<std::vector<std::uint64_t>> sizes = blob_sizes(request.spec());
+  if (!sizes.ok()) return done(sizes.status());
   if (const std::string& webhook = (*shape)->spec.farm().webhook(); !webhook.empty()) {
     const absl::Status status = options_.listener != nullptr
                                     ? options_.listener->check_webhook(webhook)
@@ -208,19 +244,25 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done) {
   }
   if (!room.ok()) return done(room);
   if (absl::Status status = check_capacity(**shape); !status.ok()) return done(std::move(status));
+  if (by.has_quotas()) {
+    const std::string& user = (*shape)->spec.farm().user();
+    const absl::Status s = options_.quotas.check_share(user, share_with(**shape, *sizes));
+    if (!s.ok()) return done(s);
+  }
   if (absl::Status status = check_after((*shape)->spec); !status.ok()) return done(std::move(status));
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
-  JobEntry& entry = jobs_.add({.id = id,
-                               .request_id = key,
-                               .shape = *shape,
-                               .submitted_unix_ms = unix_now(),
-                               .uploaded_bytes = uploads_.claim((*shape)->spec),
-                               .past = std::nullopt,
-                               .stats = {},
-                               .hosts = {},
-                               .units_by_sequence = {},
-                               .past_revoked = {}});
+  JobEntry& entry = keep({.id = id,
+                          .request_id = key,
+                          .shape = *shape,
+                          .submitted_unix_ms = unix_now(),
+                          .uploaded_bytes = uploads_.claim((*shape)->spec),
+                          .past = std::nullopt,
+                          .stats = {},
+                          .hosts = {},
+                          .units_by_sequence = {},
+                          .past_revoked = {}},
+                         *sizes);
   absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
   if (!entries.ok()) return done(entries.status());
   // Workers may begin at once: their results are journaled after the job.

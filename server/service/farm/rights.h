@@ -1,24 +1,15 @@
 // The rights of a caller of the farm, to see and to change: the same for calls of gRPC and for the web page.
 #pragma once
 
-#include <optional>
 #include <string>
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "service/farm/caller.h"
 #include "service/farm/farm.h"
 #include "tls/role.h"
 
 namespace tessera::server {
-
-/// The other end of a call, by its certificate.
-struct Caller {
-  std::optional<Role> role;  // absent: the connection is not encrypted, and everything is allowed
-  std::string user;          // the certificate's common name
-
-  /// Whether this caller may see and change what belongs to `owner`.
-  bool may_act_for(const std::string& owner) const { return !role || role == Role::kAdmin || user == owner; }
-};
 
 /// Whether a role is for a method, named as gRPC does: "/tessera.v1.FarmService/CancelJob".
 bool is_allowed(Role role, std::string_view method);

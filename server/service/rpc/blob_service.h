@@ -13,8 +13,9 @@ namespace tessera::server {
 /// Store and streams must outlive the service.
 class BlobService final : public v1::BlobService::CallbackService {
  public:
-  BlobService(BlobStore& blobs, OpenStreams& streams, Uploads::Done uploaded)
-      : uploads_{.blobs = blobs, .streams = streams, .done = std::move(uploaded)} {}
+  BlobService(BlobStore& blobs, OpenStreams& streams, Uploads::Done uploaded, Uploads::Admit admit)
+      : uploads_{.blobs = blobs, .streams = streams, .done = std::move(uploaded), .admit = std::move(admit)} {
+  }
 
   grpc::ServerUnaryReactor* FindMissing(grpc::CallbackServerContext* context,
                                         const v1::FindMissingRequest* request,

@@ -20,6 +20,7 @@ absl::Status BlobUpload::begin(const v1::UploadRequest& chunk) {
     return absl::InvalidArgumentError(
         absl::StrCat("the upload of ", digest_, " begins at ", stored_, " of ", size_, " bytes"));
   }
+  if (absl::Status status = admit_ ? admit_(chunk) : absl::OkStatus(); !status.ok()) return status;
   // Before anything is made for it; a blob that is there takes none.
   if (absl::Status room = blobs_.check_room(size_ - stored_); !room.ok() && !blobs_.query(digest_).complete)
     return room;

@@ -2,8 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "store/blobs/blob_store.h"
@@ -14,7 +16,10 @@ namespace tessera::server {
 /// Checks and stores the chunks of one stream. What came before it goes away stays stored. Not thread-safe.
 class BlobUpload {
  public:
-  explicit BlobUpload(BlobStore& blobs) : blobs_(blobs) {}
+  /// Says whether the caller may upload what the first chunk names.
+  using Admit = std::function<absl::Status(const v1::UploadRequest&)>;
+
+  explicit BlobUpload(BlobStore& blobs, Admit admit = {}) : blobs_(blobs), admit_(std::move(admit)) {}
 
   /// The next chunk; the first one names the blob. After an error, or once wants_more() is false, no more are
   /// taken.
@@ -33,6 +38,7 @@ class BlobUpload {
   absl::Status begin(const v1::UploadRequest& chunk);
 
   BlobStore& blobs_;
+  const Admit admit_;
   std::unique_ptr<BlobWriter> writer_;
   absl::Status verdict_;
   bool whole_ = false;

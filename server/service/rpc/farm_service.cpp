@@ -40,12 +40,15 @@ grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* co
   }
   v1::SubmitJobRequest own = *request;
   // Who submits is who the certificate says.
-  if (const Caller who = caller(*context); who.role == Role::kClient)
-    own.mutable_spec()->mutable_farm()->set_user(who.user);
-  farm_.submit(own, [reactor, response](const absl::StatusOr<std::string>& id) {
-    if (id.ok()) response->set_job_id(*id);
-    answer(reactor, id.status());
-  });
+  const Caller who = caller(*context);
+  if (who.role == Role::kClient) own.mutable_spec()->mutable_farm()->set_user(who.user);
+  farm_.submit(
+      own,
+      [reactor, response](const absl::StatusOr<std::string>& id) {
+        if (id.ok()) response->set_job_id(*id);
+        answer(reactor, id.status());
+      },
+      who);
   return reactor;
 }
 
@@ -90,10 +93,13 @@ grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* con
                                                 v1::RetryJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
-  farm_.retry(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
-    if (status.ok()) *response->mutable_status() = *status;
-    answer(reactor, status.status());
-  });
+  farm_.retry(
+      request->job_id(),
+      [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
+        if (status.ok()) *response->mutable_status() = *status;
+        answer(reactor, status.status());
+      },
+      caller(*context));
   return reactor;
 }
 
@@ -102,10 +108,13 @@ grpc::ServerUnaryReactor* FarmService::AdjustJob(grpc::CallbackServerContext* co
                                                  v1::AdjustJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
-  farm_.adjust(*request, [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
-    if (status.ok()) *response->mutable_status() = *status;
-    answer(reactor, status.status());
-  });
+  farm_.adjust(
+      *request,
+      [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
+        if (status.ok()) *response->mutable_status() = *status;
+        answer(reactor, status.status());
+      },
+      caller(*context));
   return reactor;
 }
 

@@ -14,7 +14,8 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
  public:
   UploadReactor(Uploads& uploads, grpc::CallbackServerContext* context, v1::UploadResponse* response)
       : uploads_(uploads),
-        upload_(uploads.blobs),
+        upload_(std::in_place, uploads.blobs,
+                [this](const v1::UploadRequest& first) { return uploads_.admit(*context_, first); }),
         stream_(uploads.streams, context, "upload"),
         context_(context),
         response_(response) {}

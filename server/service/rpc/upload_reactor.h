@@ -20,6 +20,9 @@ struct Uploads {
   /// Told of each that ended well: digest, and bytes that the call brought.
   using Done = std::function<void(const std::string&, std::uint64_t)>;
   Done done;
+  /// Whether a caller may upload what the first chunk names.
+  using Admit = std::function<absl::Status(const grpc::CallbackServerContext&, const v1::UploadRequest&)>;
+  Admit admit;
   telemetry::LineLimit refusals = {};  // of lines about uploads that there was no room for
 };
 

@@ -306,8 +306,8 @@ HttpAnswer WebSite::change(const HttpRequest& request, const Visitor& who) {
   const absl::Status status = outcome_of([&](std::promise<absl::Status>& done) {
     const auto told = [&done](const absl::StatusOr<v1::JobStatus>& job) { done.set_value(job.status()); };
     if (action == "cancel") return farm_.cancel(id, told);
-    if (action == "retry") return farm_.retry(id, told);
-    farm_.adjust(wanted, told);
+    if (action == "retry") return farm_.retry(id, told, who.caller);
+    farm_.adjust(wanted, told, who.caller);
   });
   if (!status.ok()) return refusal(status);
   telemetry::log(spdlog::level::info, {.job = id, .user = who.caller.user, .peer = request.peer},
