@@ -65,15 +65,17 @@ absl::Status LocalLink::download(const Wanted& wanted, const ChunkSink& sink, st
   return absl::OkStatus();
 }
 
-absl::Status LocalLink::upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token) {
-  if (blobs_.query(blob.digest()).complete) return absl::OkStatus();
+absl::Status LocalLink::upload(const UnitBlob& blob, std::stop_token) {
+  const std::string& digest = blob.ref.digest();
+  const std::string_view bytes = blob.bytes;
+  if (blobs_.query(digest).complete) return absl::OkStatus();
   if (absl::Status room = blobs_.check_room(bytes.size()); !room.ok()) return room;
-  const absl::StatusOr<std::unique_ptr<server::BlobWriter>> writer = blobs_.write(blob.digest(), 0);
+  const absl::StatusOr<std::unique_ptr<server::BlobWriter>> writer = blobs_.write(digest, 0);
   if (absl::IsAlreadyExists(writer.status())) return absl::OkStatus();
   if (!writer.ok()) return writer.status();
   absl::Status status = (*writer)->append(bytes);
   if (status.ok()) status = (*writer)->finish();
-  if (status.ok()) farm_.note_upload(blob.digest(), bytes.size());
+  if (status.ok()) farm_.note_upload(digest, bytes.size());
   return status;
 }
 

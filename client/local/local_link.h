@@ -26,7 +26,7 @@ class LocalLink final : public agent::CoordinatorLink {
   absl::Status fail(const v1::FailRequest& request, std::stop_token stop) override;
   absl::Status deregister(const v1::DeregisterRequest& request) override;
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) override;
-  absl::Status upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop) override;
+  absl::Status upload(const UnitBlob& blob, std::stop_token stop) override;
   bool wait(transport::Backoff& backoff, std::stop_token stop) override;
 
  private:

@@ -31,7 +31,7 @@ absl::Status upload_rest(v1::BlobService::Stub& stub, const BlobPieces& blob, co
   StallGuard guard{context, kStall};
   v1::UploadResponse response;
   const auto writer = stub.Upload(&context, &response);
-  v1::UploadRequest request;
+  v1::UploadRequest request = blob.first;
   *request.mutable_blob() = blob.ref;
   std::uint64_t offset = stored->stored_bytes();
   request.set_offset(offset);

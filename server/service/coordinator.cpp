@@ -242,7 +242,10 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
       *blobs, *streams,
       [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); },
       [this](const grpc::CallbackServerContext& context, const v1::UploadRequest& first) {
-        return farm->begin_upload(first.blob(), caller_of(context.auth_context().get()));
+        const Caller who = caller_of(context.auth_context().get());
+        return who.role == Role::kWorker || first.has_token()
+                   ? farm->begin_unit_upload(first, work_service->origin_of(context))
+                   : farm->begin_upload(first.blob(), who);
       });
 
   if (!options.health.empty()) {

@@ -21,6 +21,7 @@
 #include "service/farm/farm_clock.h"
 #include "service/farm/job_keeper.h"
 #include "service/farm/lease_seal.h"
+#include "service/farm/lease_uploads.h"
 #include "service/farm/quotas.h"
 #include "service/farm/unclaimed_uploads.h"
 #include "service/farm/user_blobs.h"
@@ -31,6 +32,7 @@
 #include "store/blobs/blob_store.h"
 #include "store/commit_queue.h"
 #include "store/journal.h"
+#include "tessera/v1/blob.pb.h"
 #include "tessera/v1/farm.pb.h"
 #include "tessera/v1/work.pb.h"
 
@@ -158,6 +160,9 @@ class Farm {
   void complete(const v1::CompleteRequest& request, const Origin& origin, Done<v1::CompleteResponse> done);
   void fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty done);
   absl::Status deregister(const std::string& worker, const Origin& origin = {});
+  /// A worker begins to upload a blob, or goes on with it, as BlobService.Upload has it. It counts against
+  /// the worker's identity until a result names it.
+  absl::Status begin_unit_upload(const v1::UploadRequest& first, const Origin& origin);
 
   const FarmMetrics& metrics() const { return metrics_; }
   const FarmClock& clock() const { return clock_; }
@@ -196,6 +201,8 @@ class Farm {
   /// Answers a call that changed a job, once it is durable.
   void answer_with_status(const absl::Status& changed, const std::string& id, Done<v1::JobStatus> done);
   void prune();
+  /// Blobs that workers uploaded a while ago, and that nothing names, are deleted. With mutex_ held.
+  void drop_lease_uploads();
   /// The job, which is over, and its results are deleted.
   void forget(const std::string& id, DoneEmpty done);
   void retire_jobs();
@@ -262,6 +269,7 @@ class Farm {
   JobTable jobs_;
   UnclaimedUploads uploads_;
   UserBlobs user_blobs_;
+  LeaseUploads lease_uploads_;
   struct Registration {
     std::shared_ptr<const Accounts::Hold> account;
     std::uint64_t failures = 0, resident_bytes = 0;  // for people

@@ -368,6 +368,17 @@ void Farm::retire_jobs() {
   }
 }
 
+void Farm::drop_lease_uploads() {
+  std::vector<std::string> old = lease_uploads_.take_old(clock_.now());
+  std::erase_if(old, [this](const std::string& digest) {
+    return user_blobs_.size_of(digest).has_value() ||
+           std::ranges::any_of(jobs_.all(), [&](const std::unique_ptr<JobEntry>& entry) {
+             return entry->phase_blobs.has(digest);
+           });
+  });
+  keeper_.drop_unused(std::move(old), LeaseUploads::kKept);
+}
+
 /// Deletes jobs whose time is over. With mutex_ held.
 void Farm::prune() {
   const std::vector<std::string> old =
@@ -376,6 +387,7 @@ void Farm::prune() {
     telemetry::log(spdlog::level::info, {.job = id}, "job {} is deleted: its time is over", id);
     forget(id, [](const absl::Status&) {});
   }
+  drop_lease_uploads();
   keeper_.clean_up(jobs_, !old.empty());
 }
 

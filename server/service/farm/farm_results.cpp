@@ -171,6 +171,7 @@ void Farm::accept_result(const v1::CompleteRequest& request, const Fingerprints&
   if (!entry.shape->plan->is_of_picture(units.first)) {
     entry.phase_blobs.note(units.first, digest, decision->sequence);
     uploads_.forget(digest);
+    lease_uploads_.claim(digest);
   }
   entry.rate.note(entry.units, now());
   std::vector<JournalEntry> entries;

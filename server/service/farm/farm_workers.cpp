@@ -279,6 +279,27 @@ absl::Status Farm::deregister(const std::string& worker, const Origin& origin) {
   return absl::OkStatus();
 }
 
+absl::Status Farm::begin_unit_upload(const v1::UploadRequest& first, const Origin& origin) {
+  if (absl::Status status = check_serving(); !status.ok()) return status;
+  const v1::LeaseToken& token = first.token();
+  const std::lock_guard lock(mutex_);
+  if (absl::Status status = check_worker(first.worker_id(), origin); !status.ok()) return status;
+  const absl::StatusOr<JobEntry*> found = find_job(token.job_id());
+  if (!found.ok()) return found.status();
+  const JobEntry& entry = **found;
+  const auto not_called_for = [&](const char* why) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("unit ", token.unit_index(), " of job ", entry.id, " calls for no blob: ", why));
+  };
+  if (entry.shape->plan->is_of_picture(token.unit_index())) return not_called_for("it is not of a phase");
+  if (absl::Status status = check_granted(first.worker_id(), token); !status.ok()) return status;
+  if (entry.past || !is_open(scheduler_.job(entry.id)->state)) return not_called_for("the job is over");
+  if (entry.phase_blobs.made_by(token.unit_index()) && !scheduler_.holds(first.worker_id(), token))
+    return not_called_for("it is done");
+  const std::string identity = identity_of(scheduler_.host_of(first.worker_id()));
+  return lease_uploads_.begin(token, first.blob(), identity, clock_.now());
+}
+
 std::uint32_t Farm::expel(const std::string& certificate) {
   std::uint32_t expelled = 0;
   {

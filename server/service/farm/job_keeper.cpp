@@ -1,5 +1,6 @@
 #include "service/farm/job_keeper.h"
 
+#include <iterator>
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
@@ -72,6 +73,7 @@ std::vector<std::string> JobKeeper::old_jobs(const JobTable& jobs, const StateOf
 
 void JobKeeper::clean_up(const JobTable& jobs, bool jobs_went) {
   if (now() >= no_collection_before_ && (jobs_went || now() >= next_collection_)) collect_blobs(jobs);
+  drop_blobs();
   if (lived_.file().empty() || now() < next_saving_ || saving_.exchange(true)) return;
   next_saving_ = now() + kBetweenSavings;
   saver_ = std::jthread([this, text = lived_.to_text()] {
@@ -95,6 +97,22 @@ void JobKeeper::collect_blobs(const JobTable& jobs) {
     if (collected.blobs > 0) {
       spdlog::info("{} blobs ({} bytes) are deleted: no job needs them", collected.blobs, collected.bytes);
     }
+    collecting_ = false;
+  });
+}
+
+void JobKeeper::drop_unused(std::vector<std::string> blobs, std::chrono::seconds unused) {
+  unused_blobs_.insert(unused_blobs_.end(), std::make_move_iterator(blobs.begin()),
+                       std::make_move_iterator(blobs.end()));
+  unused_for_ = unused;
+}
+
+void JobKeeper::drop_blobs() {
+  if (unused_blobs_.empty() || collecting_.exchange(true)) return;
+  collector_ = std::jthread([this, blobs = std::exchange(unused_blobs_, {}), unused = unused_for_] {
+    std::size_t dropped = 0;
+    for (const std::string& digest : blobs) dropped += blobs_.drop_unused(digest, unused) ? 1 : 0;
+    if (dropped > 0) spdlog::info("{} blobs of workers are deleted: no result named them", dropped);
     collecting_ = false;
   });
 }

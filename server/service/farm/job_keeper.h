@@ -48,6 +48,9 @@ class JobKeeper {
   bool is_due();
   /// Jobs whose time is over.
   std::vector<std::string> old_jobs(const JobTable& jobs, const StateOf& state_of);
+  /// Lets the next clean_up delete these blobs, which no job refers to, unless somebody asked for them within
+  /// `unused`.
+  void drop_unused(std::vector<std::string> blobs, std::chrono::seconds unused);
   /// Deletes blobs that no job refers to, if `jobs_went` or it was long ago; and notes how long it lived.
   void clean_up(const JobTable& jobs, bool jobs_went);
   /// Notes how long it lived, before it returns.
@@ -56,6 +59,7 @@ class JobKeeper {
  private:
   Time now() const;
   void collect_blobs(const JobTable& jobs);
+  void drop_blobs();
 
   const Retention retention_;
   BlobStore& blobs_;
@@ -63,6 +67,8 @@ class JobKeeper {
   LivedTime lived_;
   Time next_look_{}, next_collection_, next_saving_{};
   Time no_collection_before_{};
+  std::vector<std::string> unused_blobs_;  // to be dropped
+  std::chrono::seconds unused_for_{0};
   std::atomic<bool> collecting_ = false, saving_ = false;
   std::jthread collector_, saver_;
 };

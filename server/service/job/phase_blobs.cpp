@@ -14,13 +14,22 @@ std::string hex_of(const std::array<char, 32>& digest) {
   return absl::BytesToHexString({digest.data(), digest.size()});
 }
 
+std::array<char, 32> bytes_of(const std::string& digest) {
+  std::array<char, 32> bytes{};
+  const std::string read = absl::HexStringToBytes(digest);
+  std::copy_n(read.begin(), std::min(read.size(), bytes.size()), bytes.begin());
+  return bytes;
+}
+
 }  // namespace
 
 void PhaseBlobs::note(std::uint32_t unit, const std::string& digest, std::uint64_t sequence) {
-  Entry& entry = made_[unit];
-  const std::string bytes = absl::HexStringToBytes(digest);
-  std::copy_n(bytes.begin(), std::min(bytes.size(), entry.digest.size()), entry.digest.begin());
-  entry.sequence = sequence;
+  made_[unit] = {.digest = bytes_of(digest), .sequence = sequence};
+}
+
+bool PhaseBlobs::has(const std::string& digest) const {
+  const std::array<char, 32> bytes = bytes_of(digest);
+  return std::ranges::any_of(made_, [&](const auto& made) { return made.second.digest == bytes; });
 }
 
 std::vector<PhaseBlobs::Made> PhaseBlobs::inputs(const PhasePlan& phases, std::uint32_t unit) const {

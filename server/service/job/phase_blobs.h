@@ -30,6 +30,8 @@ class PhaseBlobs {
   std::vector<Made> inputs(const PhasePlan& phases, std::uint32_t unit) const;
   /// Digest of the blob that the unit made.
   std::optional<std::string> made_by(std::uint32_t unit) const;
+  /// Whether some unit made the blob.
+  bool has(const std::string& digest) const;
   void for_each_digest(const std::function<void(std::string digest)>& visit) const;
   /// Forgets all but those of these units.
   void keep(const std::vector<std::uint32_t>& units);

@@ -30,8 +30,9 @@ class WorkService final : public v1::WorkService::CallbackService {
                                        const v1::DeregisterRequest* request,
                                        v1::DeregisterResponse* response) override;
 
- private:
   Farm::Origin origin_of(const grpc::CallbackServerContext& context);
+
+ private:
   absl::StatusOr<std::shared_ptr<const Accounts::Hold>> take(const grpc::CallbackServerContext& context,
                                                              const Holding& amount);
 

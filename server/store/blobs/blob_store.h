@@ -59,6 +59,9 @@ class BlobStore {
 
   /// Forgets a complete blob, that it may be uploaded again. Who reads it keeps its bytes.
   virtual absl::Status drop(const std::string& digest) = 0;
+  /// Deletes one blob, or what is stored of it, that was neither written nor asked for (query) for `unused`:
+  /// whether it did. Stores that last no longer than a process keep it.
+  virtual bool drop_unused(const std::string& digest, std::chrono::seconds unused) { return false; }
   struct Collected {
     std::uint64_t blobs = 0;
     std::uint64_t bytes = 0;

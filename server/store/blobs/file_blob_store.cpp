@@ -199,6 +199,15 @@ class FileBlobStore final : public BlobStore {
     return collected;
   }
 
+  bool drop_unused(const std::string& digest, std::chrono::seconds unused) override {
+    const auto limit = std::filesystem::file_time_type::clock::now() - unused;
+    Collected collected;
+    remove_unused(complete_path(digest), limit, collected);
+    if (const auto guard = uploads_->hold(digest); guard != nullptr)
+      remove_unused(partial_path(digest), limit, collected);
+    return collected.blobs > 0;
+  }
+
   absl::Status drop(const std::string& digest) override {
     std::error_code error;
     std::filesystem::remove(complete_path(digest), error);

@@ -42,8 +42,15 @@ class CoordinatorLink {
   /// Hands the blob's bytes from the offset on to `sink`, whose error ends the call.
   virtual absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) = 0;
 
+  /// What a worker uploads, and the lease that calls for it.
+  struct UnitBlob {
+    v1::BlobRef ref;
+    std::string_view bytes;
+    std::string worker_id;
+    v1::LeaseToken token;
+  };
   /// Stores the bytes under their digest with the coordinator, unless it has them.
-  virtual absl::Status upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop) = 0;
+  virtual absl::Status upload(const UnitBlob& blob, std::stop_token stop) = 0;
 
   /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected
   /// again. False when `stop` was requested meanwhile.

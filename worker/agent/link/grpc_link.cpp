@@ -75,11 +75,14 @@ absl::Status GrpcLink::deregister(const v1::DeregisterRequest& request) {
       .status();
 }
 
-absl::Status GrpcLink::upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop) {
-  const auto read = [bytes](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
-    return std::string{bytes.substr(offset, size)};
+absl::Status GrpcLink::upload(const UnitBlob& blob, std::stop_token stop) {
+  const auto read = [&](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
+    return std::string{blob.bytes.substr(offset, size)};
   };
-  return transport::upload_rest(*stubs_->blob, {blob, read}, address(), std::move(stop),
+  v1::UploadRequest first;
+  first.set_worker_id(blob.worker_id);
+  *first.mutable_token() = blob.token;
+  return transport::upload_rest(*stubs_->blob, {blob.ref, read, first}, address(), std::move(stop),
                                 [](std::uint64_t) {});
 }
 

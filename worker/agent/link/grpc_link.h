@@ -31,7 +31,7 @@ class GrpcLink final : public CoordinatorLink {
   /// DeadlineExceeded when no chunk has come for 30 s.
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) override;
   /// Like transport::upload_rest.
-  absl::Status upload(const v1::BlobRef& blob, std::string_view bytes, std::stop_token stop) override;
+  absl::Status upload(const UnitBlob& blob, std::stop_token stop) override;
   bool wait(transport::Backoff& backoff, std::stop_token stop) override;
 
  private:

@@ -16,14 +16,15 @@ constexpr std::size_t kMaxFailureMessage = 4096;  // bytes
 std::size_t size_of(const Outcome& outcome) { return outcome.payload.size() + outcome.blob.size(); }
 
 /// The blob that the result names goes first. Stored parts that did not fit are sent anew.
-absl::Status upload(CoordinatorLink& link, const Outcome& outcome, std::stop_token stop) {
+absl::Status upload(CoordinatorLink& link, const Outcome& outcome, const std::string& worker_id,
+                    const v1::LeaseToken& token, std::stop_token stop) {
   const bool has_blob = outcome.unit->unit.has_part() || outcome.unit->unit.has_merge();
   if (!outcome.failure.ok() || !has_blob) return absl::OkStatus();
-  v1::BlobRef blob;
-  if (!blob.ParseFromString(outcome.payload)) return absl::InternalError("the result names no blob");
+  CoordinatorLink::UnitBlob blob{.ref = {}, .bytes = outcome.blob, .worker_id = worker_id, .token = token};
+  if (!blob.ref.ParseFromString(outcome.payload)) return absl::InternalError("the result names no blob");
   constexpr int kMostAttempts = 3;
   for (int attempt = 1;; ++attempt) {
-    absl::Status status = link.upload(blob, outcome.blob, stop);
+    absl::Status status = link.upload(blob, stop);
     const bool anew = absl::IsDataLoss(status) || absl::IsOutOfRange(status);
     if (!anew || attempt == kMostAttempts) return status;
   }
@@ -96,8 +97,10 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
   while (!stop.stop_requested() && !revoked.stop_requested()) {
     const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
     if (!worker_id.ok()) return;
-    const absl::Status uploaded = upload(link_, outcome, stop);
-    if (!uploaded.ok() && !transport::is_transient(uploaded) && !stop.stop_requested()) {
+    const absl::Status uploaded = upload(link_, outcome, *worker_id, leases_.token(*outcome.unit), stop);
+    // What is wrong with the lease would be wrong with the result's, too: it is no failure of the unit.
+    const bool is_of_lease = absl::IsNotFound(uploaded) || absl::IsFailedPrecondition(uploaded);
+    if (!uploaded.ok() && !is_of_lease && !transport::is_transient(uploaded) && !stop.stop_requested()) {
       outcome.failure = uploaded;
       continue;
     }
