@@ -112,13 +112,11 @@ bool Connections::admit(int descriptor, const Peer& peer, Port port, Clock::time
   const auto record = records_.insert(
       records_.end(),
       Record{.descriptor = descriptor, .inode = *inode, .peer = peer, .port = port, .since = now});
-  Owner& counts = owners_[owner];
-  ++counts.open;
-  record->silent_of_owner = counts.silent.insert(counts.silent.end(), record);
-  record->silent_place = silent_.insert(silent_.end(), record);
+  ++owners_[owner].open;
+  mark_silent(record);
   by_peer_.emplace(peer, record);
   open_ = records_.size();
-  silent_count_ = silent_.size();
+  ++taken_;
   return true;
 }
 
@@ -161,6 +159,14 @@ void Connections::close(Record& record) {
   ::close(copy);
 }
 
+void Connections::mark_silent(Records::iterator record) {
+  record->is_silent = true;
+  Owner& owner = owners_[record->peer.owner()];
+  record->silent_of_owner = owner.silent.insert(owner.silent.end(), record);
+  record->silent_place = silent_.insert(silent_.end(), record);
+  silent_count_ = silent_.size();
+}
+
 void Connections::unmark_silent(Record& record) {
   if (!record.is_silent) return;
   record.is_silent = false;
@@ -185,7 +191,17 @@ void Connections::spoke(const Peer& peer) {
   const std::lock_guard lock(mutex_);
   const auto [first, last] = by_peer_.equal_range(peer);
   for (auto it = first; it != last; ++it) {
-    if (it->second->port == Port::kMembers) unmark_silent(*it->second);
+    if (it->second->port != Port::kStrangers) unmark_silent(*it->second);
+  }
+}
+
+void Connections::fell_silent(const Peer& peer, Clock::time_point now) {
+  const std::lock_guard lock(mutex_);
+  const auto [first, last] = by_peer_.equal_range(peer);
+  for (auto it = first; it != last; ++it) {
+    if (it->second->is_silent || it->second->is_closing) continue;
+    it->second->since = now;
+    mark_silent(it->second);
   }
 }
 

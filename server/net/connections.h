@@ -62,16 +62,20 @@ class Connections {
   enum class Port {
     kMembers,    // a call shows that somebody was let in
     kStrangers,  // everybody may call: no connection is ever more than silent
+    kBrowsers,   // members who fall silent between their calls; nothing is told of ends that are usual
   };
   /// Whether this connection, just accepted, may be handed to gRPC. Others may be closed for it.
   bool admit(int descriptor, const Peer& peer, Port port, Clock::time_point now);
   /// A call came from there.
   void spoke(const Peer& peer);
+  /// The call is over: the next one has to come in time, like the first.
+  void fell_silent(const Peer& peer, Clock::time_point now);
   /// Forgets what gRPC has closed, and closes what was silent for too long. To be called every second or so.
   void sweep(Clock::time_point now);
 
   std::size_t open() const { return open_; }
   std::size_t silent() const { return silent_count_; }
+  std::uint64_t taken() const { return taken_; }
   std::uint64_t refused() const { return refused_; }
   /// That were closed because no call came.
   std::uint64_t closed() const { return closed_; }
@@ -102,6 +106,7 @@ class Connections {
   bool make_room(const Peer& owner, Clock::time_point now);
   bool close_oldest(const std::list<Records::iterator>& silent, Clock::time_point now);
   void close(Record& record);
+  void mark_silent(Records::iterator record);
   void unmark_silent(Record& record);
   void forget(Records::iterator record);
   void refuse(const Peer& peer, const char* why);
@@ -116,7 +121,7 @@ class Connections {
   std::unordered_map<Peer, Owner, Hash> owners_;
   std::unordered_multimap<Peer, Records::iterator, Hash> by_peer_;
   std::atomic<std::size_t> open_ = 0, silent_count_ = 0;
-  std::atomic<std::uint64_t> refused_ = 0, closed_ = 0;
+  std::atomic<std::uint64_t> taken_ = 0, refused_ = 0, closed_ = 0;
   telemetry::LineLimit refusals_, endings_;
 };
 

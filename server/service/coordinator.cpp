@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -51,14 +52,15 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(
   return credentials;
 }
 
-/// Names by which the web page may be called: the machine's, and those in the coordinator's certificate.
-std::vector<std::string> names_of_page(const std::filesystem::path& certificates) {
-  std::vector<std::string> names;
+/// Names by which the web page may be called: that of its address, the machine's, and those in the
+/// coordinator's certificate.
+std::vector<std::string> names_of_page(const std::string& host, const std::filesystem::path& certificates) {
+  std::vector<std::string> names{host};
   if (!certificates.empty()) {
     std::ifstream file{certificates / transport::kCertificateFile};
     const transport::Certificate own =
         transport::certificate_from_pem(std::string{std::istreambuf_iterator<char>{file}, {}});
-    if (own != nullptr) names = transport::host_names_of(own.get());
+    if (own != nullptr) std::ranges::copy(transport::host_names_of(own.get()), std::back_inserter(names));
   }
   char machine[256] = "";
   if (::gethostname(machine, sizeof(machine) - 1) == 0) names.emplace_back(machine);
@@ -181,15 +183,18 @@ absl::Status Coordinator::Impl::open_web(const CoordinatorOptions& options) {
   if (!encrypted) {
     if (absl::Status s = base::check_unencrypted_allowed(*address, options.allow_insecure); !s.ok()) return s;
   }
-  std::vector<std::string> names = names_of_page(options.certificates);
-  names.push_back(address->host);
-  site = std::make_unique<WebSite>(*farm, Rights{*farm, options.share_jobs}, *expelled, *members,
-                                   SiteOptions{.encrypted = encrypted,
-                                               .names = std::move(names),
-                                               .version = wire::build_version(),
-                                               .lines = options.lines});
+  site = std::make_unique<WebSite>(
+      *farm, Rights{*farm, options.share_jobs}, *expelled, *members,
+      SiteOptions{.encrypted = encrypted, .version = wire::build_version(), .lines = options.lines});
+  const auto set_names = [this, host = address->host, certificates = options.certificates] {
+    site->set_names(names_of_page(host, certificates));
+  };
+  set_names();
   absl::StatusOr<std::unique_ptr<HttpServer>> started =
-      HttpServer::start({.address = options.web, .certificates = options.certificates},
+      HttpServer::start({.address = options.web,
+                         .certificates = options.certificates,
+                         .renewed = set_names,
+                         .clock = options.clock},
                         [this](const HttpRequest& request) { return site->answer(request); });
   if (!started.ok()) {
     site.reset();
@@ -199,6 +204,10 @@ absl::Status Coordinator::Impl::open_web(const CoordinatorOptions& options) {
   }
   web = *std::move(started);
   address->port = static_cast<std::uint16_t>(web->port());
+  farm->subscribe([this] {
+    web->sweep();
+    return true;
+  });
   web_port = WebPort{.address = address->to_string(), .site = site.get()};
   return absl::OkStatus();
 }

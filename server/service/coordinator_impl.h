@@ -30,6 +30,10 @@
 namespace tessera::server {
 
 struct Coordinator::Impl {
+  /// Nobody is told of the farm's changes any more when the parts that listen to them go.
+  ~Impl() {
+    if (farm != nullptr) farm->stop();
+  }
   absl::Status open(const CoordinatorOptions& options);
   absl::Status open_data(const CoordinatorOptions& options);
   absl::Status open_farm(const CoordinatorOptions& options);

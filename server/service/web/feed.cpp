@@ -70,6 +70,13 @@ absl::StatusOr<std::shared_ptr<EventStream>> Feed::open(const Visitor& who, Feed
   if (stop_) return absl::UnavailableError("the coordinator is shutting down");
   std::erase_if(listeners_, [](const auto& listener) { return listener->stream->closed(); });
   if (listeners_.size() >= kMostStreams) return absl::ResourceExhaustedError("too many pages are open");
+  const std::string member = name_of_member(who);
+  const auto is_of_member = [&](const auto& listener) { return name_of_member(listener->who) == member; };
+  if (!member.empty() &&
+      std::cmp_greater_equal(std::ranges::count_if(listeners_, is_of_member), kMostOfMember)) {
+    return absl::ResourceExhaustedError(absl::StrCat("more than ", kMostOfMember, " pages of '",
+                                                     who.caller.user, "' are open: close some of them"));
+  }
   auto listener = std::make_shared<Listener>();
   listener->stream = std::make_shared<EventStream>();
   listener->who = who;

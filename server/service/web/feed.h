@@ -37,6 +37,7 @@ struct FeedWish {
 class Feed {
  public:
   static constexpr std::size_t kMostStreams = 128;
+  static constexpr std::size_t kMostOfMember = 16;  // streams of one, where members are known
   static constexpr std::size_t kMostInWork = 4096;  // tiles that are outlined
   static constexpr std::size_t kMostAreas = 256;    // of one event; beyond, everything changed
   static constexpr std::size_t kRowsAnEvent = 1000;

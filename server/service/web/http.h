@@ -3,6 +3,7 @@
 
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -35,6 +36,8 @@ struct HttpAnswer {
   std::string body;
   std::vector<std::pair<std::string, std::string>> headers = {};
   std::shared_ptr<EventStream> events = {};  // set: follows the headers for as long as it is open
+  // Who was answered; empty: somebody of a farm where nobody logs in. Absent: a stranger.
+  std::optional<std::string> member = {};
 };
 
 }  // namespace tessera::server

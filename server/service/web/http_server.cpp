@@ -1,11 +1,14 @@
 #include "service/web/http_server.h"
 
 #include <arpa/inet.h>
+#include <gnutls/abstract.h>
 #include <gnutls/gnutls.h>
 #include <microhttpd.h>
 #include <netdb.h>
 #include <sys/socket.h>
 
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
@@ -14,6 +17,7 @@
 
 #include "base/address.h"
 #include "service/web/event_stream.h"
+#include "telemetry/log.h"
 #include "transport/tls.h"
 #include "transport/x509.h"
 
@@ -33,11 +37,6 @@ constexpr std::pair<const char*, const char*> kHeaders[] = {
     {"Cross-Origin-Resource-Policy", "same-origin"},
     {"Cross-Origin-Opener-Policy", "same-origin"},
 };
-
-std::string file_contents(const std::filesystem::path& path) {
-  std::ifstream in{path, std::ios::binary};
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 std::string header(MHD_Connection* connection, const char* name) {
   const char* const value = MHD_lookup_connection_value(connection, MHD_HEADER_KIND, name);
@@ -112,13 +111,35 @@ MHD_Result reply(MHD_Connection* connection, HttpAnswer answer) {
   return queued;
 }
 
-/// A request whose body is on its way.
+/// A request whose body is on its way, and then its answer.
 struct Arriving {
   std::string body;
   bool too_long = false;
+  std::optional<std::string> member = {};  // to whom the connection counts
 };
 
+Peer peer_of(MHD_Connection* connection) {
+  const MHD_ConnectionInfo* const info =
+      MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CLIENT_ADDRESS);
+  sockaddr_storage address{};
+  if (info == nullptr || info->client_addr == nullptr) return {};
+  std::memcpy(&address, info->client_addr,
+              info->client_addr->sa_family == AF_INET6 ? sizeof(sockaddr_in6) : sizeof(sockaddr_in));
+  return Peer::of(address);
+}
+
+constexpr std::size_t kMostConnections = 512, kMostOfAddress = 64;
+constexpr std::chrono::seconds kSweepInterval{1};
+
 }  // namespace
+
+ConnectionLimits page_limits(bool is_loopback) {
+  return {.all = kMostConnections,
+          .of_address = is_loopback ? kMostConnections : kMostOfAddress,
+          .silent = kMostConnections - kMostConnections / 4,
+          .silent_of_address = is_loopback ? kMostConnections : kMostOfAddress / 2,
+          .silence = std::chrono::seconds{30}};
+}
 
 struct HttpServer::Callbacks {
   static MHD_Result request(void* server, MHD_Connection* connection, const char* url, const char* method,
@@ -136,8 +157,11 @@ struct HttpServer::Callbacks {
     }
     if (arriving.too_long)
       return reply(connection, {.status = 413, .type = "text/plain", .body = "the request is too long\n"});
-    return reply(connection, static_cast<HttpServer*>(server)->handle_(
-                                 make_request(connection, url, method, std::move(arriving.body))));
+    auto& page = *static_cast<HttpServer*>(server);
+    HttpAnswer answer = page.handle_(make_request(connection, url, method, std::move(arriving.body)));
+    if (answer.member && page.begin_answer(peer_of(connection), *answer.member))
+      arriving.member = std::move(answer.member);
+    return reply(connection, std::move(answer));
   }
 
   static HttpRequest make_request(MHD_Connection* connection, const char* url, const char* method,
@@ -165,58 +189,122 @@ struct HttpServer::Callbacks {
     return request;
   }
 
-  static void completed(void* /*server*/, MHD_Connection*, void** seen, MHD_RequestTerminationCode) {
-    delete static_cast<Arriving*>(std::exchange(*seen, nullptr));
+  static void completed(void* server, MHD_Connection* connection, void** seen, MHD_RequestTerminationCode) {
+    const std::unique_ptr<Arriving> arriving{static_cast<Arriving*>(std::exchange(*seen, nullptr))};
+    if (arriving != nullptr && arriving->member)
+      static_cast<HttpServer*>(server)->end_answer(peer_of(connection), *arriving->member);
+  }
+
+  /// A connection began, or is over.
+  static void connected(void* server, MHD_Connection* connection, void** page,
+                        MHD_ConnectionNotificationCode code) {
+    if (code != MHD_CONNECTION_NOTIFY_STARTED) return;
+    *page = server;
+    auto& self = *static_cast<HttpServer*>(server);
+    const MHD_ConnectionInfo* const info =
+        MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
+    if (info == nullptr) return;
+    const int descriptor = info->connect_fd;
+    if (!self.connections_.admit(descriptor, peer_of(connection), Connections::Port::kBrowsers,
+                                 self.options_.clock->now())) {
+      ::shutdown(descriptor, SHUT_RDWR);
+    }
+  }
+
+  /// Says which certificate to show in a handshake.
+  static int certificate(gnutls_session_t session, const gnutls_datum_t*, int, const gnutls_pk_algorithm_t*,
+                         int, gnutls_pcert_st** chain, unsigned* length, gnutls_privkey_t* key) {
+    auto* const connection = static_cast<MHD_Connection*>(gnutls_session_get_ptr(session));
+    const MHD_ConnectionInfo* const info =
+        connection == nullptr ? nullptr
+                              : MHD_get_connection_info(connection, MHD_CONNECTION_INFO_SOCKET_CONTEXT);
+    if (info == nullptr || info->socket_context == nullptr) return -1;
+    const OwnCertificates::Shown shown =
+        static_cast<HttpServer*>(info->socket_context)->certificates_.shown();
+    *chain = shown.chain;
+    *length = shown.length;
+    *key = shown.key;
+    return 0;
   }
 };
+
+bool HttpServer::begin_answer(const Peer& peer, const std::string& member) {
+  {
+    const std::lock_guard lock(mutex_);
+    std::size_t& count = served_[member];
+    if (!member.empty() && count >= options_.most_of_member) return false;
+    ++count;
+  }
+  connections_.spoke(peer);
+  return true;
+}
+
+void HttpServer::end_answer(const Peer& peer, const std::string& member) {
+  connections_.fell_silent(peer, options_.clock->now());
+  const std::lock_guard lock(mutex_);
+  if (const auto served = served_.find(member); --served->second == 0) served_.erase(served);
+}
+
+void HttpServer::sweep() {
+  const FarmClock::TimePoint now = options_.clock->now();
+  if (now < next_sweep_) return;
+  next_sweep_ = now + kSweepInterval;
+  connections_.sweep(now);
+  if (options_.certificates.empty() || !certificates_.has_news(options_.certificates)) return;
+  if (absl::Status status = certificates_.read(options_.certificates); !status.ok()) {
+    // Files are replaced one after the other.
+    spdlog::warn("the web page keeps its certificate: {}", std::string(status.message()));
+    return;
+  }
+  spdlog::info("the web page shows a new certificate");
+  options_.renewed();
+}
 
 absl::Status HttpServer::read_certificates() {
   if (options_.certificates.empty()) return absl::OkStatus();
   if (MHD_is_feature_supported(MHD_FEATURE_TLS) != MHD_YES)
     return absl::UnavailableError("this system's libmicrohttpd cannot encrypt: --web off");
-  if (absl::Status s = transport::check_certificates(options_.certificates); !s.ok()) return s;
-  const std::filesystem::path folder = options_.certificates;
-  key_ = file_contents(folder / transport::kKeyFile);
-  certificate_ = file_contents(folder / transport::kCertificateFile);
-  trusted_ = file_contents(folder / transport::kTrustedFile);
-  return absl::OkStatus();
+  std::ifstream trusted{std::filesystem::path{options_.certificates} / transport::kTrustedFile};
+  trusted_.assign(std::istreambuf_iterator<char>(trusted), {});
+  return certificates_.read(options_.certificates);
 }
 
 absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::start(const HttpOptions& options, Handler handle) {
   const absl::StatusOr<base::HostPort> parsed = base::parse_host_port(options.address);
   if (!parsed.ok()) return parsed.status();
-  std::unique_ptr<HttpServer> server{new HttpServer{options, std::move(handle)}};
+  const ConnectionLimits limits = options.limits.value_or(page_limits(base::is_loopback(parsed->host)));
+  std::unique_ptr<HttpServer> server{new HttpServer{options, limits, std::move(handle)}};
   if (absl::Status s = server->read_certificates(); !s.ok()) return s;
-  const unsigned most_of_address = base::is_loopback(parsed->host) ? kMostConnections : kMostOfAddress;
-  absl::StatusOr<telemetry::HttpDaemon> daemon =
-      telemetry::listen_http(options.address, "the web page", [&](const sockaddr& address, unsigned flags) {
-        return server->listen(address, flags, most_of_address);
-      });
+  absl::StatusOr<telemetry::HttpDaemon> daemon = telemetry::listen_http(
+      options.address, "the web page",
+      [&](const sockaddr& address, unsigned flags) { return server->listen(address, flags); });
   if (!daemon.ok()) return daemon.status();
   server->daemon_ = *std::move(daemon);
   return server;
 }
 
-MHD_Daemon* HttpServer::listen(const sockaddr& address, unsigned flags, unsigned most_of_address) {
+MHD_Daemon* HttpServer::listen(const sockaddr& address, unsigned flags) {
   flags |= MHD_USE_EPOLL_INTERNAL_THREAD | MHD_ALLOW_SUSPEND_RESUME;
+  // Each thread has its part of libmicrohttpd's own limit, and beyond it accepts nobody. Any of them may have
+  // to take all connections, and those that were shut and not closed yet.
+  const auto most = static_cast<unsigned>(connections_.limits().all);
   std::vector<MHD_OptionItem> items = {
       {MHD_OPTION_THREAD_POOL_SIZE, kThreads, nullptr},
-      {MHD_OPTION_CONNECTION_LIMIT, kMostConnections, nullptr},
-      {MHD_OPTION_PER_IP_CONNECTION_LIMIT, most_of_address, nullptr},
+      {MHD_OPTION_CONNECTION_LIMIT, 2 * kThreads * most, nullptr},
       {MHD_OPTION_CONNECTION_TIMEOUT, kTimeoutSeconds, nullptr},
       {MHD_OPTION_CONNECTION_MEMORY_LIMIT, kConnectionBytes, nullptr},
   };
   if (!options_.certificates.empty()) {
     flags |= MHD_USE_TLS;
-    items.push_back({MHD_OPTION_HTTPS_MEM_KEY, 0, key_.data()});
-    items.push_back({MHD_OPTION_HTTPS_MEM_CERT, 0, certificate_.data()});
+    items.push_back({MHD_OPTION_HTTPS_CERT_CALLBACK, 0, reinterpret_cast<void*>(&Callbacks::certificate)});
     items.push_back({MHD_OPTION_HTTPS_MEM_TRUST, 0, trusted_.data()});
     items.push_back({MHD_OPTION_HTTPS_PRIORITIES, 0, const_cast<char*>(kPriorities)});
   }
   items.push_back({MHD_OPTION_END, 0, nullptr});
-  return MHD_start_daemon(flags, 0, nullptr, nullptr, &Callbacks::request, this,        //
-                          MHD_OPTION_SOCK_ADDR, &address,                               //
-                          MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, nullptr,  //
+  return MHD_start_daemon(flags, 0, nullptr, nullptr, &Callbacks::request, this,      //
+                          MHD_OPTION_SOCK_ADDR, &address,                             //
+                          MHD_OPTION_NOTIFY_COMPLETED, &Callbacks::completed, this,   //
+                          MHD_OPTION_NOTIFY_CONNECTION, &Callbacks::connected, this,  //
                           MHD_OPTION_ARRAY, items.data(), MHD_OPTION_END);
 }
 

@@ -3,10 +3,15 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "service/identifier.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
+
+std::string name_of_member(const Visitor& who) {
+  return who.caller.role ? absl::StrCat(to_string(*who.caller.role), " ", who.caller.user) : "";
+}
 
 absl::StatusOr<std::string> Logins::add(Entries& entries, const Visitor& who, Time until, Time now) {
   std::erase_if(entries, [now](const auto& entry) { return entry.second.until <= now; });

@@ -18,6 +18,9 @@ struct Visitor {
   std::string certificate;
 };
 
+/// Name by which the open pages and connections of one member are counted; empty where nobody logs in.
+std::string name_of_member(const Visitor& who);
+
 /// Login tokens, which are good for one login each, and the sessions that begin with one. Of secrets, digests
 /// are kept, in memory: a restart ends all sessions. Thread-safe. Time is given by the caller.
 class Logins {

@@ -167,8 +167,18 @@ absl::StatusOr<Visitor> WebSite::identify(const HttpRequest& request, const std:
   return *who;
 }
 
+void WebSite::set_names(std::vector<std::string> names) {
+  const std::lock_guard lock(names_mutex_);
+  names_ = std::make_shared<const std::vector<std::string>>(std::move(names));
+}
+
+std::shared_ptr<const std::vector<std::string>> WebSite::names() const {
+  const std::lock_guard lock(names_mutex_);
+  return names_;
+}
+
 HttpAnswer WebSite::answer(const HttpRequest& request) {
-  if (absl::Status status = check_same_site(request, options_.names); !status.ok()) return refusal(status);
+  if (absl::Status status = check_same_site(request, *names()); !status.ok()) return refusal(status);
   HttpAnswer answer;
   if (absl::StartsWith(request.path, "/api/")) {
     answer = answer_api(request);
@@ -197,7 +207,9 @@ HttpAnswer WebSite::answer_api(const HttpRequest& request) {
   if (method.empty()) return refusal(absl::NotFoundError("there is no such action"));
   const absl::StatusOr<Visitor> who = identify(request, method);
   if (!who.ok()) return refusal(who.status());
-  return reads ? read(request, *who) : change(request, *who);
+  HttpAnswer answer = reads ? read(request, *who) : change(request, *who);
+  answer.member = name_of_member(*who);
+  return answer;
 }
 
 HttpAnswer WebSite::log_in(const HttpRequest& request) {

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <vector>
@@ -22,8 +23,7 @@ namespace tessera::server {
 
 struct SiteOptions {
   bool encrypted = false;  // callers are known by certificates and logins; else everybody may do everything
-  std::vector<std::string> names = {};  // by which the page may be called, besides addresses and "localhost"
-  std::string version;                  // of the program, for people
+  std::string version;     // of the program, for people
   std::shared_ptr<telemetry::RecentLines> lines = {};  // for the page of events; may be null
 };
 
@@ -40,6 +40,8 @@ class WebSite {
  public:
   WebSite(Farm& farm, const Rights& rights, const Expelled& expelled, Members& members, SiteOptions options);
 
+  /// Names by which the page may be called, besides addresses and "localhost".
+  void set_names(std::vector<std::string> names);
   HttpAnswer answer(const HttpRequest& request);
   /// For MakeWebToken: a token with which its holder is `who`.
   absl::StatusOr<std::string> make_token(const Visitor& who, std::chrono::seconds life);
@@ -59,12 +61,15 @@ class WebSite {
   /// role is not for `method` (is_allowed).
   absl::StatusOr<Visitor> identify(const HttpRequest& request, const std::string& method) const;
   bool is_admitted(const Visitor& who) const;
+  std::shared_ptr<const std::vector<std::string>> names() const;
 
   Farm& farm_;
   const Rights rights_;
   const Expelled& expelled_;
   Members& members_;
   const SiteOptions options_;
+  mutable std::mutex names_mutex_;
+  std::shared_ptr<const std::vector<std::string>> names_ = std::make_shared<const std::vector<std::string>>();
   mutable Logins logins_;
   Pictures pictures_;
   Feed feed_;

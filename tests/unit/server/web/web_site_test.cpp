@@ -259,6 +259,19 @@ TEST(WebSiteWithCertificates, ServesThoseWhoLoggedInWithTheirRights) {
   EXPECT_EQ(ask("/api/me", std::string(Logins::kSecretDigits, '0')), 401u);
   const std::string worker = log_in({.caller = {.role = Role::kWorker, .user = "node"}, .certificate = ""});
   EXPECT_EQ(ask("/api/me", worker), 403u) << "workers are not clients";
+  std::vector<std::shared_ptr<EventStream>> pages;
+  const auto open_page = [&](const std::string& session) {
+    HttpRequest request = request_for("GET", "/api/events");
+    request.cookie = "tessera-session=" + session;
+    const HttpAnswer answer = site.answer(request);
+    if (answer.events != nullptr) pages.push_back(answer.events);
+    return answer.status;
+  };
+  for (std::size_t i = 0; i < Feed::kMostOfMember; ++i) EXPECT_EQ(open_page(ada), 200u);
+  EXPECT_EQ(open_page(ada), 429u) << "one member does not take all";
+  EXPECT_EQ(open_page(log_in({.caller = {.role = Role::kClient, .user = "bob"}, .certificate = ""})), 200u);
+  pages.front()->abandon();
+  EXPECT_EQ(open_page(ada), 200u);
   ASSERT_TRUE(expelled->expel(Role::kClient, "ada", std::chrono::system_clock::now()).ok());
   EXPECT_EQ(ask("/api/me", ada), 403u) << "expelled";
   site.stop();

@@ -1,0 +1,51 @@
+// The certificate by which the web page shows who it is.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+
+struct gnutls_pcert_st;
+struct gnutls_privkey_st;
+
+namespace tessera::server {
+
+/// Key and certificate of a folder (transport/tls.h), read anew when the files change. Thread-safe.
+class OwnCertificates {
+ public:
+  OwnCertificates();
+  ~OwnCertificates();
+
+  /// Reads them. Errors as transport::check_certificates; then those that were there before stay.
+  absl::Status read(const std::filesystem::path& folder);
+  /// Whether the files were written since they were read, or since this last returned an error of them.
+  bool has_news(const std::filesystem::path& folder);
+
+  /// What GnuTLS takes for a handshake; valid for as long as this object.
+  struct Shown {
+    gnutls_pcert_st* chain = nullptr;
+    unsigned length = 0;
+    gnutls_privkey_st* key = nullptr;
+  };
+  Shown shown() const;
+
+ private:
+  struct Pair;
+  struct Written {
+    std::filesystem::file_time_type key, certificate;
+    friend bool operator==(const Written&, const Written&) = default;
+  };
+  static Written written(const std::filesystem::path& folder);
+
+  mutable std::mutex mutex_;
+  std::vector<std::unique_ptr<Pair>> pairs_;  // handshakes may use earlier ones: the last one is shown
+  Written seen_{};
+};
+
+}  // namespace tessera::server

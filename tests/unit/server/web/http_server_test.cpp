@@ -1,0 +1,260 @@
+// The port of the web page: who may hold its connections, and for how long.
+#include "service/web/http_server.h"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <openssl/ssl.h>
+#include <sys/socket.h>
+#include <sys/time.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <list>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "base/freer.h"
+#include "service/web/event_stream.h"
+#include "support/process/temp_dir.h"
+#include "tls/authority.h"
+#include "transport/tls.h"
+#include "transport/x509.h"
+#include "unit/server/manual_clock.h"
+
+namespace tessera::server {
+namespace {
+
+using std::chrono::seconds;
+
+constexpr int kPatienceSeconds = 60;  // for what comes at once: a test that fails does not hang
+const std::string kOfAda = "GET / HTTP/1.1\r\nHost: localhost\r\nCookie: ada\r\n\r\n";
+const std::string kStreamOfAda = "GET /stream HTTP/1.1\r\nHost: localhost\r\nCookie: ada\r\n\r\n";
+const std::string kOfAStranger = "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n";
+
+/// A connection to the page, from loopback.
+class Connection {
+ public:
+  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    const timeval patience{.tv_sec = kPatienceSeconds, .tv_usec = 0};
+    ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
+    EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
+  }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+  ~Connection() { ::close(socket_); }
+
+  void send(const std::string& bytes) const { ::send(socket_, bytes.data(), bytes.size(), MSG_NOSIGNAL); }
+  /// Whether these bytes come.
+  bool hears(const std::string& awaited) {
+    char buffer[4096];
+    while (heard_.find(awaited) == std::string::npos) {
+      const ssize_t count = ::recv(socket_, buffer, sizeof(buffer), 0);
+      if (count <= 0) return false;
+      heard_.append(buffer, static_cast<std::size_t>(count));
+    }
+    heard_.clear();
+    return true;
+  }
+  /// Whether the other end closes it.
+  bool is_closed() const {
+    char buffer[4096];
+    ssize_t count = 0;
+    while ((count = ::recv(socket_, buffer, sizeof(buffer), 0)) > 0) continue;
+    return count == 0 || errno == ECONNRESET;
+  }
+  int descriptor() const { return socket_; }
+
+ private:
+  const int socket_;
+  std::string heard_;
+};
+
+class PageConnections : public testing::Test {
+ protected:
+  static constexpr ConnectionLimits kLimits{
+      .all = 64, .of_address = 64, .silent = 6, .silent_of_address = 64, .silence = seconds{30}};
+
+  void start(HttpOptions options = {}) {
+    options.address = "127.0.0.1:0";
+    options.limits = kLimits;
+    options.most_of_member = 2;
+    options.clock = &clock_;
+    auto started = HttpServer::start(options, [this](const HttpRequest& request) { return answer(request); });
+    ASSERT_TRUE(started.ok()) << started.status();
+    server_ = *std::move(started);
+  }
+  void TearDown() override {
+    for (const auto& stream : streams_) stream->close();
+    server_.reset();
+  }
+
+  HttpAnswer answer(const HttpRequest& request) {
+    HttpAnswer answer{.type = "text/plain", .body = "done."};
+    if (request.cookie == "ada") answer.member = "client ada";
+    if (request.path != "/stream") return answer;
+    const std::lock_guard lock(mutex_);
+    answer.events = streams_.emplace_back(std::make_shared<EventStream>());
+    answer.events->push("hello", "1");
+    return answer;
+  }
+  std::unique_ptr<Connection> connect() const { return std::make_unique<Connection>(server_->port()); }
+  std::unique_ptr<Connection> ask(const std::string& request, const std::string& awaited) const {
+    auto connection = connect();
+    connection->send(request);
+    EXPECT_TRUE(connection->hears(awaited));
+    return connection;
+  }
+  /// One that has sent the beginning of a request, and that the server has taken, or refused.
+  std::unique_ptr<Connection> stranger() const {
+    const auto seen = [this] { return server_->connections().refused() + taken(); };
+    const std::uint64_t before = seen();
+    auto connection = connect();
+    connection->send("G");
+    while (seen() == before) std::this_thread::yield();
+    return connection;
+  }
+  std::uint64_t taken() const { return server_->connections().taken(); }
+
+  ManualClock clock_;
+  std::mutex mutex_;
+  std::list<std::shared_ptr<EventStream>> streams_;
+  std::unique_ptr<HttpServer> server_;
+};
+
+TEST_F(PageConnections, AreThereForMembersWhateverStrangersHold) {
+  start();
+  const auto stream = ask(kStreamOfAda, "event: hello");
+  std::vector<std::unique_ptr<Connection>> strangers;
+  for (int i = 0; i < 20; ++i) {
+    strangers.push_back(stranger());
+    clock_.advance(seconds{2});
+    ASSERT_LE(server_->connections().silent(), kLimits.silent);
+  }
+  EXPECT_TRUE(strangers.front()->is_closed()) << "the oldest makes room";
+  ask(kOfAda, "done.");
+  streams_.front()->push("still", "here");
+  EXPECT_TRUE(stream->hears("event: still"));
+}
+
+TEST_F(PageConnections, OfStrangersGetTheTimeOfAHandshake) {
+  start();
+  std::vector<std::unique_ptr<Connection>> strangers;
+  for (std::size_t i = 0; i < kLimits.silent; ++i) strangers.push_back(stranger());
+  EXPECT_EQ(server_->connections().refused(), 0u);
+  EXPECT_TRUE(stranger()->is_closed()) << "nobody is pushed out at once";
+  EXPECT_EQ(server_->connections().refused(), 1u);
+}
+
+TEST_F(PageConnections, BringAWholeRequestInTimeOrEnd) {
+  start();
+  const auto headers = stranger();
+  headers->send("ET / HTTP/1.1\r\nHost: localhost\r\n");
+  const auto body =
+      ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\nExpect: 100-continue\r\n\r\n",
+          "100 Continue");
+  body->send("one byte after the other");
+  const auto second = ask(kOfAda, "done.");  // of a member, who has asked for something before
+  second->send("GET / HT");
+  const auto stream = ask(kStreamOfAda, "event: hello");
+  const auto answered = ask(kOfAStranger, "done.");
+  while (server_->connections().silent() < 4) std::this_thread::yield();  // the answers are over
+  clock_.advance(kLimits.silence - seconds{1});
+  server_->sweep();
+  EXPECT_EQ(server_->connections().closed(), 0u);
+  clock_.advance(seconds{1});
+  server_->sweep();
+  EXPECT_EQ(server_->connections().closed(), 4u);
+  for (const Connection* connection : {headers.get(), body.get(), second.get(), answered.get()})
+    EXPECT_TRUE(connection->is_closed());
+  streams_.front()->push("still", "here");
+  EXPECT_TRUE(stream->hears("event: still"));
+}
+
+TEST_F(PageConnections, OfOneMemberAreAsThoseOfStrangersBeyondABound) {
+  start();
+  std::vector<std::unique_ptr<Connection>> streams;
+  for (int i = 0; i < 3; ++i) streams.push_back(ask(kStreamOfAda, "event: hello"));
+  clock_.advance(kLimits.silence);
+  server_->sweep();
+  EXPECT_EQ(server_->connections().closed(), 1u);
+  EXPECT_TRUE(streams.back()->is_closed());
+  for (const auto& stream : streams_) stream->push("still", "here");
+  EXPECT_TRUE(streams[0]->hears("event: still"));
+  EXPECT_TRUE(streams[1]->hears("event: still"));
+}
+
+/// What a server shows in a handshake; and the connection answers.
+class EncryptedConnection {
+ public:
+  explicit EncryptedConnection(int port)
+      : connection_(port), context_(SSL_CTX_new(TLS_client_method())), ssl_(SSL_new(context_.get())) {
+    SSL_set_fd(ssl_.get(), connection_.descriptor());
+    EXPECT_EQ(SSL_connect(ssl_.get()), 1);
+  }
+  std::string certificate() const {
+    const transport::Certificate shown{SSL_get1_peer_certificate(ssl_.get())};
+    return shown == nullptr ? "" : transport::digest_of(shown.get());
+  }
+  std::string ask(const std::string& request) const {
+    SSL_write(ssl_.get(), request.data(), static_cast<int>(request.size()));
+    std::string answer;
+    char buffer[4096];
+    while (answer.find("done.") == std::string::npos) {
+      const int count = SSL_read(ssl_.get(), buffer, sizeof(buffer));
+      if (count <= 0) break;
+      answer.append(buffer, static_cast<std::size_t>(count));
+    }
+    return answer;
+  }
+
+ private:
+  Connection connection_;
+  std::unique_ptr<SSL_CTX, base::Freer<SSL_CTX_free>> context_;
+  std::unique_ptr<SSL, base::Freer<SSL_free>> ssl_;
+};
+
+TEST_F(PageConnections, ShowANewCertificateOnceItIsThere) {
+  const support::TempDir folder;
+  const std::filesystem::path own = folder.path() / "server";
+  const auto digest = [&] {
+    std::ifstream file{own / transport::kCertificateFile};
+    const std::string pem{std::istreambuf_iterator<char>(file), {}};
+    return transport::digest_of(transport::certificate_from_pem(pem).get());
+  };
+  ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {}).ok());
+  int renewals = 0;
+  start({.certificates = own.string(), .renewed = [&] { ++renewals; }});
+  const std::string first = digest();
+  const EncryptedConnection before{server_->port()};
+  EXPECT_EQ(before.certificate(), first);
+
+  ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {}).ok());
+  ASSERT_NE(digest(), first);
+  clock_.advance(seconds{2});
+  server_->sweep();
+  EXPECT_EQ(renewals, 1);
+  const EncryptedConnection after{server_->port()};
+  EXPECT_EQ(after.certificate(), digest());
+  EXPECT_NE(after.ask(kOfAda), "");
+  EXPECT_NE(before.ask(kOfAda), "") << "connections that are there go on";
+
+  // Half of a renewal, or nonsense, changes nothing.
+  std::ofstream{own / transport::kKeyFile} << "no key";
+  clock_.advance(seconds{2});
+  server_->sweep();
+  EXPECT_EQ(renewals, 1);
+  EXPECT_EQ(EncryptedConnection{server_->port()}.certificate(), digest());
+}
+
+}  // namespace
+}  // namespace tessera::server
