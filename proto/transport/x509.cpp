@@ -82,6 +82,10 @@ std::string key_digest_of(X509* certificate) {
   return wire::sha256_hex(written_by([&](BIO* bio) { i2d_PUBKEY_bio(bio, X509_get0_pubkey(certificate)); }));
 }
 
+std::string key_digest_of(X509_REQ* request) {
+  return wire::sha256_hex(written_by([&](BIO* bio) { i2d_PUBKEY_bio(bio, X509_REQ_get0_pubkey(request)); }));
+}
+
 std::vector<std::string> uris_of(const X509* certificate) { return names_of_type(certificate, GEN_URI); }
 
 std::vector<std::string> host_names_of(const X509* certificate) {

@@ -35,6 +35,8 @@ std::string digest_of(X509* certificate);
 /// SHA-256 of the public key (SubjectPublicKeyInfo, in DER), as 64 hexadecimal digits: the same for every
 /// certificate of one key.
 std::string key_digest_of(X509* certificate);
+/// The same of the key that a request is for.
+std::string key_digest_of(X509_REQ* request);
 
 /// The URIs among its subject alternative names.
 std::vector<std::string> uris_of(const X509* certificate);

@@ -168,7 +168,7 @@ absl::Status Coordinator::Impl::open_joining(const CoordinatorOptions& options) 
        .certificate_interval = options.certificate_interval,
        .authority = options.join_authority,
        .token_file = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "join-tokens",
-       .joined = [seen = members](const std::string& worker) { seen->note(Role::kWorker, worker); }},
+       .members = members},
       *connections);
   if (!started.ok()) return started.status();
   joining = *std::move(started);

@@ -9,10 +9,13 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "base/nearest_name.h"
 
 namespace tessera::server {
 namespace {
+
+constexpr std::size_t kMostListed = 16;
 
 /// One write of a whole line: two coordinators never share the file, and half a line after a crash is left
 /// out.
@@ -48,16 +51,23 @@ void Members::note(Role role, const std::string& name) {
   append_line(file_, absl::StrCat(to_string(role), " ", name, "\n"));
 }
 
-absl::Status Members::check_seen(Role role, const std::string& name) const {
+bool Members::has_seen(Role role, const std::string& name) const {
   const std::lock_guard lock{mutex_};
-  if (seen_.contains({role, name})) return absl::OkStatus();
-  std::vector<std::string> names;
+  return seen_.contains({role, name});
+}
+
+absl::Status Members::check_seen(Role role, const std::string& name) const {
+  if (has_seen(role, name)) return absl::OkStatus();
+  const std::lock_guard lock{mutex_};
+  std::vector<std::string> names, joined;
   for (const auto& [other_role, other] : seen_) {
-    if (other_role == role) names.push_back(other);
+    if (other_role != role) continue;
+    names.push_back(other);
+    if (joined.size() < kMostListed && other.starts_with(name + "@")) joined.push_back(other);
   }
-  return absl::NotFoundError(absl::StrCat("no ", to_string(role), " with the name '", name,
-                                          "' in its certificate has ", "called here",
-                                          base::did_you_mean(name, names)));
+  return absl::NotFoundError(absl::StrCat(
+      "no ", to_string(role), " with the name '", name, "' in its certificate has ", "called here",
+      joined.empty() ? base::did_you_mean(name, names) : "; these have: " + absl::StrJoin(joined, ", ")));
 }
 
 }  // namespace tessera::server

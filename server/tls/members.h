@@ -24,7 +24,9 @@ class Members {
   static absl::StatusOr<std::unique_ptr<Members>> open(std::filesystem::path file);
 
   void note(Role role, const std::string& name);
-  /// NotFound, with the nearest that was seen, for a member that was not.
+  bool has_seen(Role role, const std::string& name) const;
+  /// NotFound for a member that was not seen: with those that joined as machines of that name, or else with
+  /// the nearest that was seen.
   absl::Status check_seen(Role role, const std::string& name) const;
 
  private:

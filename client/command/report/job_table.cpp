@@ -49,7 +49,8 @@ std::vector<std::string> remarks_on(const v1::WorkerStatus& worker) {
   // Whose certificate it has, where that is not its host's.
   const std::string& name = worker.certificate();
   const std::string host = worker.host().substr(0, worker.host().find('@'));
-  if (!name.empty() && name != host) remarks.push_back(absl::StrCat("certificate of ", name));
+  if (!name.empty() && name != host && name != worker.host())
+    remarks.push_back(absl::StrCat("certificate of ", name));
   if (!worker.arithmetic().closed_jobs().empty()) {
     remarks.push_back(absl::StrCat("its arithmetic keeps it from jobs ",
                                    absl::StrJoin(worker.arithmetic().closed_jobs(), " ")));

@@ -4,11 +4,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/address.h"
+#include "scheduler/identity.h"
 #include "service/rpc/access.h"
 #include "service/rpc/answer.h"
 #include "telemetry/log.h"
+#include "tls/expelled.h"
 #include "transport/join_token.h"
 #include "transport/tls.h"
+#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -53,10 +56,10 @@ class JoinServer::Service final : public v1::JoinService::CallbackService {
   JoinServer& server_;
 };
 
-JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::function<void(const std::string&)> joined)
+JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::shared_ptr<Members> members)
     : authority_(std::move(authority)),
       tokens_(std::move(tokens)),
-      joined_(std::move(joined)),
+      members_(std::move(members)),
       service_(std::make_unique<Service>(*this)) {}
 
 absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options,
@@ -73,7 +76,7 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
   if (!tokens.ok()) return tokens.status();
 
   std::unique_ptr<JoinServer> server{
-      new JoinServer{*std::move(authority), *std::move(tokens), options.joined}};
+      new JoinServer{*std::move(authority), *std::move(tokens), options.members}};
   const auto credentials =
       transport::open_server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_to_joining());
@@ -110,21 +113,38 @@ absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, st
       .to_string();
 }
 
+absl::StatusOr<std::string> JoinServer::name_for(const v1::JoinRequest& request) const {
+  const transport::CertificateRequest asked = transport::request_from_pem(request.request_pem());
+  if (asked == nullptr) return absl::InvalidArgumentError("this is no request for a certificate in PEM");
+  const std::string key = transport::key_digest_of(asked.get());
+  // Somebody may have looked for a key whose first digits are another's.
+  std::size_t digits = kShownDigits;
+  const auto name_with = [&] {
+    return absl::StrCat(request.name().substr(0, Expelled::kLongestName - 1 - digits), "@",
+                        key.substr(0, digits));
+  };
+  while (digits < kFingerprintDigits && members_->has_seen(Role::kWorker, name_with())) digits *= 2;
+  return request.name().empty() ? absl::InvalidArgumentError("the machine has no name")
+                                : absl::StatusOr<std::string>{name_with()};
+}
+
 absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, const std::string& peer) {
   if (request.secret().size() > kMaxSecretBytes || request.request_pem().size() > kMaxRequestBytes) {
     return absl::InvalidArgumentError("the secret or the request is too long");
   }
   const auto now = Clock::now();
+  const absl::StatusOr<std::string> name = name_for(request);
+  if (!name.ok()) return name.status();
   // Made before the token is used up, handed out only after.
   absl::StatusOr<std::string> certificate =
-      authority_.certify(request.request_pem(), {.role = Role::kWorker, .name = request.name(), .hosts = {}},
+      authority_.certify(request.request_pem(), {.role = Role::kWorker, .name = *name, .hosts = {}},
                          now - kClockSlack, now + kCertificateLife);
   if (!certificate.ok()) return certificate.status();
-  const absl::Status redeemed = tokens_.redeem(request.secret(), request.name(), address_of(peer), now);
-  const telemetry::LogFields fields{.worker = request.name(), .peer = peer};
+  const absl::Status redeemed = tokens_.redeem(request.secret(), *name, address_of(peer), now);
+  const telemetry::LogFields fields{.worker = *name, .peer = peer};
   if (redeemed.ok()) {
-    telemetry::log(spdlog::level::info, fields, "worker {} joined the farm", request.name());
-    joined_(request.name());
+    telemetry::log(spdlog::level::info, fields, "worker {} joined the farm", *name);
+    members_->note(Role::kWorker, *name);
     return certificate;
   }
   if (absl::IsResourceExhausted(redeemed)) return redeemed;  // the lines before this one tell enough

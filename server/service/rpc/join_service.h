@@ -5,7 +5,6 @@
 
 #include <chrono>
 #include <filesystem>
-#include <functional>
 #include <memory>
 #include <string>
 
@@ -14,6 +13,7 @@
 #include "tessera/v1/join.grpc.pb.h"
 #include "tls/authority.h"
 #include "tls/join_tokens.h"
+#include "tls/members.h"
 
 namespace tessera::server {
 
@@ -24,8 +24,7 @@ struct JoinOptions {
   std::chrono::seconds certificate_interval;
   std::filesystem::path authority;   // the folder with the authority's key
   std::filesystem::path token_file;  // empty: tokens do not outlive the coordinator
-  std::function<void(const std::string&)> joined = [](const std::string&) {
-  };  // told the names of new workers
+  std::shared_ptr<Members> members;  // told the names of new workers, which are to be new; not null
 };
 
 /// Serves JoinService, and nothing else, on a port of its own: callers there have no certificate.
@@ -51,13 +50,16 @@ class JoinServer {
 
  private:
   class Service;
-  JoinServer(Authority authority, JoinTokens tokens, std::function<void(const std::string&)> joined);
+  JoinServer(Authority authority, JoinTokens tokens, std::shared_ptr<Members> members);
 
   absl::StatusOr<std::string> join(const v1::JoinRequest& request, const std::string& peer);
+  /// The name of a machine that no certificate has yet: its own, and digits of its key. InvalidArgument for a
+  /// request that cannot be read.
+  absl::StatusOr<std::string> name_for(const v1::JoinRequest& request) const;
 
   const Authority authority_;
   JoinTokens tokens_;
-  const std::function<void(const std::string&)> joined_;
+  const std::shared_ptr<Members> members_;
   std::unique_ptr<Service> service_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Listener> listener_;

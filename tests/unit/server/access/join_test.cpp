@@ -1,4 +1,5 @@
 // Joining the farm with a token, and what the port where that is done does not give away.
+#include <gmock/gmock.h>
 #include <google/protobuf/descriptor.h>
 #include <grpcpp/generic/generic_stub.h>
 #include <grpcpp/grpcpp.h>
@@ -135,6 +136,59 @@ TEST_F(Joining, ATokenMakesAWorkerAndNothingMore) {
             FAILED_PRECONDITION);  // of protocol 0, but heard
   EXPECT_EQ(call_code(channel, "/tessera.v1.FarmService/ListJobs"), PERMISSION_DENIED);
   EXPECT_EQ(call_code(channel, "/tessera.v1.FarmService/MakeJoinToken"), PERMISSION_DENIED);
+}
+
+TEST_F(Joining, MachinesOfOneNameAreExpelledOneByOne) {
+  const std::string twice = secret(2);
+  const transport::Key other_key = transport::make_key();
+  std::string certificate, other;
+  ASSERT_EQ(join(twice, request_pem(key_.get()), &certificate), OK);
+  ASSERT_EQ(join(twice, request_pem(other_key.get()), &other), OK);
+  const auto name_in = [](const std::string& pem) {
+    return transport::name_of(transport::certificate_from_pem(pem).get());
+  };
+  EXPECT_THAT(name_in(certificate), testing::MatchesRegex("render7@[0-9a-f]{8}"));
+  EXPECT_THAT(name_in(other), testing::MatchesRegex("render7@[0-9a-f]{8}"));
+  EXPECT_NE(name_in(certificate), name_in(other));
+
+  const auto worker_with = [&](const std::string& pem, const transport::Key& key) {
+    const fs::path mine = folder_.path() / name_in(pem);
+    EXPECT_TRUE(base::make_folder(mine).ok());
+    EXPECT_TRUE(base::replace_file(mine / transport::kKeyFile, 0600, transport::to_pem(key.get())).ok());
+    EXPECT_TRUE(base::replace_file(mine / transport::kCertificateFile, 0644, pem).ok());
+    fs::copy_file(farm() / "server" / transport::kTrustedFile, mine / transport::kTrustedFile);
+    return call_code(member(mine), "/tessera.v1.WorkService/Register");
+  };
+  const auto expel = [&](const std::string& name) {
+    grpc::ClientContext context;
+    v1::ExpelRequest request;
+    request.set_role("worker");
+    request.set_name(name);
+    v1::ExpelResponse response;
+    return v1::FarmService::NewStub(member(farm() / "admin"))->Expel(&context, request, &response);
+  };
+  const grpc::Status unclear = expel("render7");
+  EXPECT_EQ(unclear.error_code(), NOT_FOUND);
+  EXPECT_THAT(unclear.error_message(),
+              testing::AllOf(testing::HasSubstr(name_in(certificate)), testing::HasSubstr(name_in(other))));
+  ASSERT_TRUE(expel(name_in(certificate)).ok());
+  EXPECT_EQ(worker_with(certificate, key_), PERMISSION_DENIED);
+  EXPECT_EQ(worker_with(other, other_key), FAILED_PRECONDITION) << "of protocol 0, but heard";
+}
+
+TEST_F(Joining, AKeyWithTheFirstDigitsOfAnothersGetsANameOfItsOwn) {
+  const std::string twice = secret(2);
+  std::string first, second;
+  ASSERT_EQ(join(twice, request_pem(key_.get()), &first), OK);
+  ASSERT_EQ(join(twice, request_pem(key_.get()), &second), OK) << "the same key stands for one that is alike";
+  const auto name_in = [](const std::string& pem) {
+    return transport::name_of(transport::certificate_from_pem(pem).get());
+  };
+  EXPECT_THAT(name_in(second), testing::StartsWith(name_in(first)));
+  EXPECT_NE(name_in(second), name_in(first));
+  std::string long_name;
+  ASSERT_EQ(join(secret(), request_pem(key_.get()), &long_name, std::string(64, 'n')), OK);
+  EXPECT_EQ(name_in(long_name).size(), 64u);
 }
 
 TEST_F(Joining, WrongAndUsedUpTokensAreRefused) {
