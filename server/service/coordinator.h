@@ -88,7 +88,7 @@ struct CoordinatorOptions {
   /// So much of the disk is left free by blobs, and no job is taken beyond; see DiskReserve. Absent: as
   /// there.
   std::optional<std::uint64_t> keep_free_bytes = {};
-  /// Most units that the jobs have together that are not over; each takes 5 bytes, and each result 48.
+  /// Most units that the jobs have together that are not over; those begun take 5 bytes, and 48 a result.
   std::uint64_t max_open_units = std::uint64_t{1} << 27;
   /// Upper bounds of what one client may ask for, where clients have certificates. Without a bound of the
   /// bytes of blobs: half of the disk of the data directory.

@@ -24,7 +24,7 @@ class OwnCertificates {
 
   /// Reads them. Errors as transport::check_certificates; then those that were there before stay.
   absl::Status read(const std::filesystem::path& folder);
-  /// Whether the files were written since they were read, or since this last returned an error of them.
+  /// Whether the files were written since read() last looked at them.
   bool has_news(const std::filesystem::path& folder);
 
   /// What GnuTLS takes for a handshake; valid for as long as this object.

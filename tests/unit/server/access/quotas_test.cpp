@@ -83,8 +83,11 @@ class QuotasTest : public CoordinatorTest {
       const v1::LeaseResponse leases = lease(worker, 1);
       ASSERT_EQ(leases.leases_size(), 1);
       const v1::Lease& lease = leases.leases(0);
-      ++done < 4 ? ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok())
-                 : ASSERT_TRUE(fail(worker, lease, "no").ok());
+      if (++done < 4) {
+        ASSERT_TRUE(complete(worker, lease, payload_for(lease.unit())).ok());
+      } else {
+        ASSERT_TRUE(fail(worker, lease, "no").ok());
+      }
     }
   }
 
