@@ -13,16 +13,19 @@ namespace tessera::wire {
 namespace {
 
 // The second fills what the first, of few points of the picture, has left.
-constexpr std::array kCachePhases{PhaseTraits{.name = "first records", .parts = 64},
-                                  PhaseTraits{.name = "records", .parts = 64}};
+constexpr std::array kCachePhases{
+    PhaseTraits{.name = "first records", .parts = 64, .check = &kIrradianceRecordsCheck},
+    PhaseTraits{.name = "records", .parts = 64, .check = &kIrradianceRecordsCheck}};
 // Each follows twice as many paths as the one before.
-constexpr std::array kGuidePhases{PhaseTraits{.name = "first guide", .parts = 16, .merge_width = 16},
-                                  PhaseTraits{.name = "second guide", .parts = 16, .merge_width = 16},
-                                  PhaseTraits{.name = "guide", .parts = 16, .merge_width = 16}};
+constexpr std::array kGuidePhases{
+    PhaseTraits{.name = "first guide", .parts = 16, .merge_width = 16, .check = &kGuideSumsCheck},
+    PhaseTraits{.name = "second guide", .parts = 16, .merge_width = 16, .check = &kGuideSumsCheck},
+    PhaseTraits{.name = "guide", .parts = 16, .merge_width = 16, .check = &kGuideSumsCheck}};
 // Estimates are quick: the scene's patches take as long, and are made for each.
-constexpr std::array kRadiosityPhases{PhaseTraits{.name = "estimate", .parts = 8},
-                                      PhaseTraits{.name = "links", .parts = 64},
-                                      PhaseTraits{.name = "solution"}};
+constexpr std::array kRadiosityPhases{
+    PhaseTraits{.name = "estimate", .parts = 8, .check = &kEstimateLinksCheck},
+    PhaseTraits{.name = "links", .parts = 64, .check = &kPatchLinksCheck},
+    PhaseTraits{.name = "solution", .check = &kRadiositySolutionCheck}};
 
 constexpr std::array kAlgorithms{
     AlgorithmTraits{.name = "path",

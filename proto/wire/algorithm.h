@@ -8,6 +8,7 @@
 #include <string_view>
 
 #include "absl/status/status.h"
+#include "wire/phases/phase_blob.h"
 
 namespace tessera::wire {
 
@@ -49,6 +50,7 @@ struct PhaseTraits {
   const char* name;
   std::uint32_t parts = 1;
   std::uint32_t merge_width = 8;
+  const PhaseBlobCheck* check = nullptr;  // of its blobs; null: only who reads them knows what they are
 };
 
 /// Settings that only some algorithms have: numbers of the fields of v1::RenderSettings and v1::Algorithms

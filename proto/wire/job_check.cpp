@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -54,7 +55,10 @@ std::vector<PhaseTraits> phases_of(const v1::JobSpec& spec, const AlgorithmTrait
     const v1::PixelRect& crop = spec.cut().crop();
     const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
     const std::uint64_t parts = std::clamp<std::uint64_t>(pixels / kPilotPixels, 1, kMostPilotParts);
-    phases.push_back({.name = kNoisePhase, .parts = static_cast<std::uint32_t>(parts), .merge_width = 64});
+    phases.push_back({.name = kNoisePhase,
+                      .parts = static_cast<std::uint32_t>(parts),
+                      .merge_width = 64,
+                      .check = &kNoisePilotCheck});
   }
   return phases;
 }
@@ -199,6 +203,32 @@ void add_phases(v1::JobSpec& spec) {
     phase.set_parts(own.parts);
     phase.set_merge_width(own.merge_width);
   }
+}
+
+std::optional<ExpectedBlob> expected_blob(const v1::JobSpec& spec, const v1::WorkUnit& unit) {
+  const std::uint32_t phase = unit.has_part() ? unit.part().phase() : unit.merge().phase();
+  const AlgorithmTraits* const algorithm = find_algorithm(spec.content().algorithms().integrator());
+  if (algorithm == nullptr || static_cast<int>(phase) >= spec.cut().phases_size()) return std::nullopt;
+  const std::vector<PhaseTraits> phases = phases_of(spec, *algorithm);
+  if (phase >= phases.size() || phases[phase].check == nullptr) return std::nullopt;
+  const v1::Phase& own = spec.cut().phases(static_cast<int>(phase));
+  const v1::PixelRect& crop = spec.cut().crop();
+  PhaseBlob blob{.parts = own.parts(),
+                 .crop = {crop.x0(), crop.y0(), crop.x1(), crop.y1()},
+                 .glossy_bands = spec.content().algorithms().irradiance_cache().glossy_bands(),
+                 .memory_limit = spec.content().algorithms().radiosity().memory_limit()};
+  if (unit.has_part()) {
+    blob.first_part = unit.part().part(), blob.end_part = blob.first_part + 1;
+  } else {
+    std::uint64_t width = 1;
+    for (std::uint32_t level = 0; level < unit.merge().level() && width < own.parts(); ++level)
+      width *= own.merge_width();
+    const auto until = [&](std::uint64_t index) {
+      return static_cast<std::uint32_t>(std::min<std::uint64_t>(index * width, own.parts()));
+    };
+    blob.first_part = until(unit.merge().index()), blob.end_part = until(unit.merge().index() + 1ull);
+  }
+  return ExpectedBlob{.check = phases[phase].check, .blob = blob};
 }
 
 bool works_in_passes(const v1::JobSpec& spec) {

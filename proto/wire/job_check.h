@@ -2,10 +2,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "absl/status/status.h"
 #include "tessera/v1/job.pb.h"
+#include "wire/phases/phase_blob.h"
 
 namespace tessera::wire {
 
@@ -29,6 +31,14 @@ std::uint32_t sample_bits_of(const v1::JobSpec& spec);
 /// Gives the job the phases of its algorithm, which must exist, and a pilot where noise decides how many
 /// samples its crop takes.
 void add_phases(v1::JobSpec& spec);
+
+/// The check of a blob that a unit of the job's phases makes, and what the job says of it.
+struct ExpectedBlob {
+  const PhaseBlobCheck* check;
+  PhaseBlob blob;
+};
+/// Absent where nothing checks blobs of the phase. `unit` is a part or a merge.
+std::optional<ExpectedBlob> expected_blob(const v1::JobSpec& spec, const v1::WorkUnit& unit);
 
 /// Whether the job's units are passes. False for unknown algorithms.
 bool works_in_passes(const v1::JobSpec& spec);

@@ -9,12 +9,41 @@ namespace {
 
 using Rect = std::array<std::uint32_t, 4>;  // x0, y0, x1, y1
 
+std::uint64_t most_pilot_bytes(const PhaseBlob& blob) {
+  return sizeof(Rect) + pilot_stripe(blob).count() * sizeof(PilotBlock);
+}
+
+const char* pilot_fault(std::string_view bytes, const PhaseBlob& blob) {
+  PilotBlocks found;
+  const PilotBlocks expected = pilot_stripe(blob);
+  if (!append_pilot_blob(bytes, found)) return "no pilot of a picture's noise";
+  const bool same = expected.count() == 0
+                        ? found.values.empty()
+                        : found.x0 == expected.x0 && found.y0 == expected.y0 && found.x1 == expected.x1 &&
+                              found.y1 == expected.y1 && found.values.size() == expected.count();
+  return same ? nullptr : "a pilot of other blocks of the picture than its own";
+}
+
 }  // namespace
 
 const PilotBlock* PilotBlocks::at(std::uint32_t x, std::uint32_t y) const {
   const std::uint32_t u = x / kNoiseBlock, v = y / kNoiseBlock;
   if (u < x0 || u >= x1 || v < y0 || v >= y1) return nullptr;
   return &values[std::size_t{v - y0} * (x1 - x0) + (u - x0)];
+}
+
+PilotBlocks pilot_stripe(const PhaseBlob& blob) {
+  const auto up = [](std::uint32_t pixels) { return (pixels + kNoiseBlock - 1) / kNoiseBlock; };
+  const std::uint32_t top = blob.crop.y0 / kNoiseBlock;
+  const std::uint64_t rows = up(blob.crop.y1) - top;
+  const auto row = [&](std::uint64_t part) {
+    return top + static_cast<std::uint32_t>(rows * part / blob.parts);
+  };
+  return {.x0 = blob.crop.x0 / kNoiseBlock,
+          .y0 = row(blob.first_part),
+          .x1 = up(blob.crop.x1),
+          .y1 = row(blob.end_part),
+          .values = {}};
 }
 
 std::string pilot_blob(const PilotBlocks& pilot) {
@@ -51,5 +80,7 @@ bool append_pilot_blob(std::string_view blob, PilotBlocks& pilot) {
   pilot.y1 = added.y1;
   return true;
 }
+
+const PhaseBlobCheck kNoisePilotCheck{most_pilot_bytes, pilot_fault};
 
 }  // namespace tessera::wire

@@ -9,6 +9,8 @@
 #include <string_view>
 #include <vector>
 
+#include "wire/phases/phase_blob.h"
+
 namespace tessera::wire {
 
 /// The measurements of a block. Two halves of its pixels are kept apart, so that one can judge what was made
@@ -32,6 +34,10 @@ struct PilotBlocks {
   /// The block of a pixel of the film; null beyond them.
   const PilotBlock* at(std::uint32_t x, std::uint32_t y) const;
 };
+
+/// The blocks, without values, of parts [first_part, end_part) of a pilot of a crop's pixels: parts are
+/// stripes of whole rows of blocks.
+PilotBlocks pilot_stripe(const PhaseBlob& blob);
 
 /// Returns the bytes; empty for one without blocks.
 std::string pilot_blob(const PilotBlocks& pilot);

@@ -249,6 +249,10 @@ class Farm {
   };
   absl::StatusOr<Fingerprints> check_payload(const v1::CompleteRequest& request, const JobShape& shape,
                                              const UnitRun& units) const;
+  /// Whether a unit of a phase may have made this blob. Without mutex_.
+  absl::Status check_made(const std::string& digest, const v1::WorkUnit& unit, const v1::JobSpec& spec);
+  /// The unit's blob is none that a renderer makes: the worker has failed. Without mutex_.
+  void refuse_blob(const v1::CompleteRequest& request, const absl::Status& why);
   void accept_result(const v1::CompleteRequest& request, const Fingerprints& result,
                      Done<v1::CompleteResponse> done);
   void tick();
@@ -264,6 +268,7 @@ class Farm {
   const std::shared_ptr<const LeaseSeal> seal_;
   const std::string spot_key_ = seal_->derive_key("spots");
 
+  std::mutex checking_;  // one blob of a phase is in memory at a time
   mutable std::mutex mutex_;
   Scheduler scheduler_;
   JobTable jobs_;

@@ -93,7 +93,35 @@ void Farm::complete(const v1::CompleteRequest& request, const Origin& origin,
               checked.status().message());
     return done(checked.status());
   }
+  if (!shape->plan->is_of_picture(units->first)) {
+    if (absl::Status status = check_made(checked->digest, shape->plan->unit(*units), shape->spec);
+        !status.ok()) {
+      if (absl::IsInvalidArgument(status)) refuse_blob(request, status);
+      return done(std::move(status));
+    }
+  }
   accept_result(request, *checked, std::move(done));
+}
+
+absl::Status Farm::check_made(const std::string& digest, const v1::WorkUnit& unit, const v1::JobSpec& spec) {
+  const std::lock_guard one_at_a_time(checking_);
+  return check_made_blob(digest, unit, spec, blobs_);
+}
+
+/// Bytes that have their digest came as they were made: the worker has failed, and need not try again.
+void Farm::refuse_blob(const v1::CompleteRequest& request, const absl::Status& why) {
+  metrics_.refused();
+  metrics_.failed();
+  std::unique_lock lock(mutex_);
+  if (const auto known = registrations_.find(request.worker_id()); known != registrations_.end())
+    ++known->second.failures;
+  log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), request.token(), why.message());
+  static_cast<void>(scheduler_.fail(request.worker_id(), request.token(),
+                                    {.message = shortened({why.message().data(), why.message().size()})},
+                                    now()));
+  commit({}, {}, /*wait=*/false, [](const absl::Status&) {});
+  lock.unlock();
+  dispatcher_.notify_work();
 }
 
 absl::StatusOr<Farm::Fingerprints> Farm::check_payload(const v1::CompleteRequest& request,

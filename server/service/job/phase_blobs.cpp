@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "tessera/v1/blob_ref.pb.h"
 #include "wire/digest.h"
+#include "wire/job_check.h"
 
 namespace tessera::server {
 namespace {
@@ -76,6 +77,24 @@ absl::StatusOr<std::string> check_blob_result(std::string_view payload, std::uin
     return unfit(absl::StrCat("there is no blob ", blob.digest(), " of ", blob.size_bytes(), " bytes"));
   }
   return blob.digest();
+}
+
+absl::Status check_made_blob(const std::string& digest, const v1::WorkUnit& unit, const v1::JobSpec& spec,
+                             const BlobStore& blobs) {
+  const std::optional<wire::ExpectedBlob> expected = wire::expected_blob(spec, unit);
+  if (!expected) return absl::OkStatus();
+  const auto unfit = [&](const std::string& what) {
+    return absl::InvalidArgumentError(absl::StrCat("result of unit ", unit.index(), ": ", what));
+  };
+  const absl::StatusOr<std::unique_ptr<BlobReader>> reader = blobs.read(digest);
+  if (!reader.ok()) return reader.status();
+  const std::uint64_t size = (*reader)->size(), most = expected->check->most_bytes(expected->blob);
+  if (size > most)
+    return unfit(absl::StrCat("its blob has ", size, " bytes; at most ", most, " were expected"));
+  const absl::StatusOr<std::string> bytes = (*reader)->read(0, size);
+  if (!bytes.ok()) return bytes.status();
+  const char* const fault = expected->check->fault(*bytes, expected->blob);
+  return fault == nullptr ? absl::OkStatus() : unfit(absl::StrCat("its blob is ", fault));
 }
 
 }  // namespace tessera::server

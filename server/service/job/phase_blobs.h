@@ -49,4 +49,9 @@ class PhaseBlobs {
 absl::StatusOr<std::string> check_blob_result(std::string_view payload, std::uint32_t unit,
                                               const BlobStore& blobs);
 
+/// InvalidArgument, with what is wrong, where the blob that the part or the merge is said to have made is
+/// none that a renderer makes of it. Reads it whole, into memory, unless it is larger than any of these.
+absl::Status check_made_blob(const std::string& digest, const v1::WorkUnit& unit, const v1::JobSpec& spec,
+                             const BlobStore& blobs);
+
 }  // namespace tessera::server

@@ -163,11 +163,13 @@ TEST(GuideDensity, LeavesNoBinOut) {
 
 TEST(GuideSums, AddUpToTheSameBitsInAnyOrder) {
   std::mt19937 random{5};
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> samples;
+  std::vector<GuideSum> samples;
   for (int i = 0; i < 20'000; ++i) {
-    // Some sums reach the largest number, and stay there.
+    // Some sums reach the largest number, and stay there: those of so many samples that they can.
     const std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
-    samples.emplace_back(random() % 1000, i % 50 == 0 ? most - random() : guide_value(random() * 0x1p-20));
+    const std::uint64_t key = guide_key::with_bin(guide_key::cell(0, random() % 4, 2, 3, 4), random() % 250);
+    samples.push_back(i % 50 == 0 ? GuideSum{key, most - random(), std::uint64_t{1} << 28}
+                                  : GuideSum{key, guide_value(random() * 0x1p-20), 1});
   }
   const auto merged = [&](std::size_t parts) {
     std::shuffle(samples.begin(), samples.end(), random);
@@ -175,7 +177,7 @@ TEST(GuideSums, AddUpToTheSameBitsInAnyOrder) {
     for (std::size_t part = 0; part < parts; ++part) {
       GuideSums sums(2000);
       for (std::size_t i = part; i < samples.size(); i += parts)
-        sums.add(samples[i].first, samples[i].second);
+        sums.add(samples[i].key, samples[i].value, samples[i].count);
       blobs.push_back(guide_blob(sums.sorted()));
     }
     std::shuffle(blobs.begin(), blobs.end(), random);
@@ -218,6 +220,13 @@ TEST(GuideSums, DamagedBlobsAreRefused) {
   wrong = sums_of_cell(kCell, 1);
   wrong[9].count = 0;
   EXPECT_FALSE(append_guide_blob(guide_blob(wrong), sums));
+  wrong = sums_of_cell(kCell, 1);
+  wrong[9].value = guide_value(kMostGuideValue) * wrong[9].count + 1;
+  EXPECT_FALSE(append_guide_blob(guide_blob(wrong), sums)) << "more than so many samples add up to";
+  wrong = {{guide_key::with_bin(kCell, kGuideBins + guide_key::kSquareSums), 1, 1}};
+  EXPECT_FALSE(append_guide_blob(guide_blob(wrong), sums)) << "no such bin";
+  wrong = {{guide_key::with_bin(guide_key::cell(0, 1, 2, 3, 6), 0), 1, 1}};
+  EXPECT_FALSE(append_guide_blob(guide_blob(wrong), sums)) << "no such side";
   std::string merged;
   const std::array<std::string_view, 1> blobs{std::string_view(sound).substr(3)};
   EXPECT_FALSE(merge_guides(blobs, merged));

@@ -20,16 +20,13 @@ constexpr std::uint32_t kBlockPixels = kNoiseBlock * kNoiseBlock;
 /// Streams of a pixel's pilot: sequences that are independent of each other, and of the picture's.
 constexpr std::uint32_t kFirstStream = 0x6e6f6973;
 
-/// Pixels [begin, end) of the stripe of blocks that is `part`.
+/// Blocks of the part.
 FilmRect blocks_of(const FilmRect& crop, const PartRequest& part) {
-  const auto up = [](std::uint32_t pixels) { return (pixels + kNoiseBlock - 1) / kNoiseBlock; };
-  FilmRect blocks{crop.x0 / kNoiseBlock, crop.y0 / kNoiseBlock, up(crop.x1), up(crop.y1)};
-  const std::uint64_t rows = blocks.y1 - blocks.y0;
-  const auto row = [&](std::uint64_t i) {
-    return crop.y0 / kNoiseBlock + static_cast<std::uint32_t>(rows * i / part.parts);
-  };
-  blocks.y0 = row(part.part), blocks.y1 = row(std::uint64_t{part.part} + 1);
-  return blocks;
+  const wire::PilotBlocks stripe = wire::pilot_stripe({.first_part = part.part,
+                                                       .end_part = part.part + 1,
+                                                       .parts = part.parts,
+                                                       .crop = {crop.x0, crop.y0, crop.x1, crop.y1}});
+  return {stripe.x0, stripe.y0, stripe.x1, stripe.y1};
 }
 
 /// One sample in some sixty is the pilot's, as far as the target tells how many there will be, and a quarter

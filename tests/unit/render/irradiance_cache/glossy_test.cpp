@@ -269,7 +269,7 @@ TEST(GlossyBlobs, GiveBackWhatWentIn) {
   read.bands = 5;
   ASSERT_TRUE(append_records(blob_of(records), read));
   EXPECT_EQ(blob_of(read), blob_of(records));
-  EXPECT_EQ(bands_of(blob_of(records)), 5);
+  EXPECT_EQ(wire::bands_of(blob_of(records)), 5);
   GlossyRecords none;
   ASSERT_TRUE(append_records(blob_of(GlossyRecords{}), none));
   EXPECT_TRUE(none.sites.empty());

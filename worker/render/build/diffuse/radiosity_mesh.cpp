@@ -5,15 +5,15 @@
 #include <optional>
 
 #include "render/build/placement/render_space.h"
-#include "render/integrator/radiosity/solution.h"
+#include "wire/phases/radiosity_solution.h"
 
 namespace tessera::render {
 
 namespace {
 
-using radiosity::Solution;
-using radiosity::SolutionPatch;
-using radiosity::SolutionVertex;
+using wire::Solution;
+using wire::SolutionPatch;
+using wire::SolutionVertex;
 
 /// Appends the patches that a node falls into.
 void collect(const Solution& solution, std::int32_t node, std::vector<const SolutionPatch*>& patches) {

@@ -9,12 +9,14 @@
 
 #include "render/core/vec.h"
 #include "render/sampling/sphere_map.h"
+#include "wire/phases/guide_sums.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Directions are told apart in so many rows of as many.
-inline constexpr int kGuideRows = 16;
-inline constexpr int kGuideBins = kGuideRows * kGuideRows;
+using wire::kGuideBins;
+using wire::kGuideRows;
+namespace guide_key = wire::guide_key;
+
 /// Cells have a side of this part of their distance, or half of it.
 inline constexpr float kGuideCellSize = 1.0f / 8;
 /// A cell is merged with its neighbours this often at most: eight make one.
@@ -29,40 +31,6 @@ struct GuideCells {
   Int x, y, z;   // in cells from the camera
   Int side;      // 0 to 5: +x, -x, +y, -y, +z, -z
 };
-
-namespace guide_key {
-// From the least bit on: bin, z, y, x, side, exponent.
-inline constexpr int kBinBits = 12, kPlaceBits = 12, kSideBits = 3, kExponentBits = 9;
-inline constexpr std::int32_t kMiddle = 1 << (kPlaceBits - 1), kExponentMiddle = 1 << (kExponentBits - 1);
-
-/// The bins of a cell are followed by two sums of squares of samples: as they would be if the BSDF alone were
-/// sampled, and if the guide were followed with kGuideFraction.
-inline constexpr std::uint64_t kSquares = kGuideBins;
-inline constexpr int kSquareSums = 2;
-static_assert(kGuideBins + kSquareSums <= 1 << kBinBits);
-
-TESSERA_INLINE std::uint64_t cell(std::int32_t exponent, std::int32_t x, std::int32_t y, std::int32_t z,
-                                  std::int32_t side) {
-  const auto part = [](std::int32_t i) { return static_cast<std::uint64_t>(i + kMiddle); };
-  std::uint64_t key =
-      static_cast<std::uint64_t>(exponent + kExponentMiddle) << kSideBits | static_cast<std::uint64_t>(side);
-  key = (key << kPlaceBits | part(x)) << kPlaceBits | part(y);
-  return key << kPlaceBits | part(z);
-}
-inline std::uint64_t with_bin(std::uint64_t cell, std::uint64_t bin) { return cell << kBinBits | bin; }
-inline std::uint64_t cell_of(std::uint64_t key) { return key >> kBinBits; }
-inline int bin_of(std::uint64_t key) { return static_cast<int>(key & ((1u << kBinBits) - 1)); }
-/// The cell of twice the side that holds this one.
-inline std::uint64_t parent(std::uint64_t key) {
-  const auto part = [&](int shift) {
-    return (static_cast<std::int32_t>(key >> shift & ((1u << kPlaceBits) - 1)) - kMiddle) >> 1;
-  };
-  const std::uint64_t top = key >> (3 * kPlaceBits);
-  const auto side = static_cast<std::int32_t>(top & ((1u << kSideBits) - 1));
-  const auto exponent = static_cast<std::int32_t>(top >> kSideBits) - kExponentMiddle;
-  return cell(exponent + 1, part(2 * kPlaceBits), part(kPlaceBits), part(0), side);
-}
-}  // namespace guide_key
 
 /// The cells of points `p`, seen from the camera at 0, moved by up to half a side along the surface, whose
 /// normal is `n`, as `u` in [0, 1)^2 says: so the borders of cells do not show.

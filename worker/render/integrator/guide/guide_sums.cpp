@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 #include "base/split_mix.h"
@@ -64,23 +63,6 @@ std::vector<GuideSum> GuideSums::sorted() const {
                [](const GuideSum& sum) { return sum.count != 0; });
   std::ranges::sort(sums, {}, &GuideSum::key);
   return sums;
-}
-
-std::string guide_blob(const std::vector<GuideSum>& sorted) {
-  std::string blob(sorted.size() * sizeof(GuideSum), '\0');
-  if (!sorted.empty()) std::memcpy(blob.data(), sorted.data(), blob.size());
-  return blob;
-}
-
-bool append_guide_blob(std::string_view blob, std::vector<GuideSum>& sums) {
-  if (blob.size() % sizeof(GuideSum) != 0) return false;
-  const std::size_t first = sums.size();
-  sums.resize(first + blob.size() / sizeof(GuideSum));
-  if (!blob.empty()) std::memcpy(&sums[first], blob.data(), blob.size());
-  for (std::size_t i = first; i < sums.size(); ++i) {
-    if (sums[i].count == 0 || (i > first && sums[i].key <= sums[i - 1].key)) return false;
-  }
-  return true;
 }
 
 std::vector<GuideSum> added_up(std::vector<GuideSum> sums) {

@@ -1,27 +1,18 @@
-// Sums of what paths found, in integers: added in any order, by any number of workers, they have the same
-// bits.
+// Sums of what paths found, as they are collected and added up.
 #pragma once
 
 #include <cstdint>
-#include <string>
-#include <string_view>
 #include <vector>
+
+#include "wire/phases/guide_sums.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-/// A number of samples and the sum of their values, in units of 1 / kGuideUnit. Sums stop at the largest
-/// number, so that their order does not matter there either.
-struct GuideSum {
-  std::uint64_t key;  // guide_cell.h
-  std::uint64_t value;
-  std::uint64_t count;
-
-  bool operator==(const GuideSum&) const = default;
-};
-
-inline constexpr double kGuideUnit = 1 << 20;
-/// Most of a single value: brighter samples count as this, so that one alone does not make a distribution.
-inline constexpr double kMostGuideValue = 1 << 16;
+using wire::append_guide_blob;
+using wire::guide_blob;
+using wire::GuideSum;
+using wire::kGuideUnit;
+using wire::kMostGuideValue;
 
 /// `value`, which is not negative, as sums have it; 0 where it is not a number.
 std::uint64_t guide_value(double value);
@@ -44,9 +35,6 @@ class GuideSums {
   std::vector<GuideSum> table_;  // open addressing; a count of 0 is an empty place
 };
 
-std::string guide_blob(const std::vector<GuideSum>& sorted);
-/// Appends the sums of a blob. False where it is none: their keys ascend, and their counts are not 0.
-bool append_guide_blob(std::string_view blob, std::vector<GuideSum>& sums);
 /// Adds up neighbours with the same key; ascending.
 std::vector<GuideSum> added_up(std::vector<GuideSum> sums);
 

@@ -11,8 +11,6 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Most sums of a part: 24 MiB.
-constexpr std::size_t kMostSums = std::size_t{1} << 20;
 /// Samples of phases are apart from those of the picture, which would be biased if the guide knew them.
 constexpr std::uint32_t kFirstStream = 0x67756964;
 /// Each phase takes twice the samples of the one before: 1, 2 and 4 parts of this many.
@@ -60,7 +58,7 @@ class PartSamples final : public SampleSource {
 class Learner final : private Wavefront {
  public:
   Learner(const IntegratorContext& context, const GuideField* field)
-      : Wavefront(context), records_(context.scene.exposure, kMostSums) {
+      : Wavefront(context), records_(context.scene.exposure, wire::kMostGuideSums) {
     guide_ = field;
     recorder_ = &records_;
   }

@@ -6,7 +6,7 @@
 #include "render/color/spectrum.h"
 #include "render/film/prepared.h"
 #include "render/integrator/irradiance_cache/glossy_cache.h"
-#include "render/integrator/irradiance_cache/record.h"
+#include "render/integrator/irradiance_cache/record_site.h"
 #include "render/integrator/irradiance_cache/record_tree.h"
 
 namespace tessera::render::TESSERA_ISA {

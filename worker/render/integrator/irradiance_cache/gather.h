@@ -3,10 +3,10 @@
 
 #include <vector>
 
-#include "render/integrator/irradiance_cache/glossy_record.h"
 #include "render/integrator/irradiance_cache/hemisphere.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
 #include "render/integrator/irradiance_cache/radiance_hemisphere.h"
+#include "render/integrator/irradiance_cache/record_site.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -3,7 +3,8 @@
 #pragma once
 
 #include "render/color/spectrum.h"
-#include "render/integrator/irradiance_cache/glossy_record.h"
+#include "render/integrator/irradiance_cache/harmonics.h"
+#include "render/integrator/irradiance_cache/record_site.h"
 #include "render/integrator/irradiance_cache/record_tree.h"
 
 namespace tessera::render::TESSERA_ISA {

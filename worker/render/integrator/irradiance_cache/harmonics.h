@@ -3,11 +3,11 @@
 
 #include "render/core/vec.h"
 #include "wire/limits.h"
+#include "wire/phases/glossy_records.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-/// The number of functions in so many bands: l + 1 in band l.
-constexpr int count_of_harmonics(int bands) { return bands * (bands + 1) / 2; }
+using wire::count_of_harmonics;
 
 /// The real spherical harmonics that are even in z, times the square root of 2: these are orthonormal over
 /// the hemisphere of z >= 0, and every function of it is a sum of them, continued below as its mirror image.

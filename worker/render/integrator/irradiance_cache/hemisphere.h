@@ -5,7 +5,7 @@
 
 #include "render/color/bands.h"
 #include "render/core/vec.h"
-#include "render/integrator/irradiance_cache/record.h"
+#include "render/integrator/irradiance_cache/record_site.h"
 
 namespace tessera::render::TESSERA_ISA {
 

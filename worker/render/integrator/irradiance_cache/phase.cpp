@@ -17,9 +17,6 @@ namespace {
 /// the picture are reached by several, and their weights fall to zero without a seam.
 constexpr float kOverlap = 0.7f;
 
-/// Most bytes of a part's records of either kind: where there is no room, paths are followed.
-constexpr std::size_t kMostBytes = std::size_t{16} << 20;
-
 /// All that a blob holds.
 struct Records {
   std::vector<IrradianceRecord> even;
@@ -101,12 +98,12 @@ class Recorder final : private Wavefront {
   void make_record(const RecordPlace& place) {
     GlossyRecords& glossy = records_.glossy;
     if (place.glossy) {
-      if ((glossy.sites.size() + 1) * glossy.record_bytes() > kMostBytes) return;
+      if ((glossy.sites.size() + 1) * glossy.record_bytes() > wire::kMostRecordBytes) return;
       gather_.make_record(place, glossy);
       take_back_unsound(glossy);
       return;
     }
-    if ((records_.even.size() + 1) * sizeof(IrradianceRecord) > kMostBytes) return;
+    if ((records_.even.size() + 1) * sizeof(IrradianceRecord) > wire::kMostRecordBytes) return;
     const IrradianceRecord record = gather_.make_record(place);
     if (is_sound_record(record)) records_.even.push_back(record);
   }
@@ -177,7 +174,7 @@ bool merge_records(std::span<const std::string_view> blobs, std::string& merged)
     std::string_view rest = blobs.front();
     std::vector<IrradianceRecord> first;
     if (!take_records(rest, first)) return false;
-    all.glossy.bands = bands_of(rest);
+    all.glossy.bands = wire::bands_of(rest);
   }
   if (all.glossy.bands < 0 || !append_records(blobs, all)) return false;
   merged = blob_of(all);

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "render/core/constants.h"
-#include "render/integrator/irradiance_cache/glossy_record.h"
+#include "render/integrator/irradiance_cache/record_site.h"
 
 namespace tessera::render::TESSERA_ISA {
 

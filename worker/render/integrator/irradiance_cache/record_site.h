@@ -1,16 +1,16 @@
-// Where a record stands, and how far from there its light holds.
+// How far from the place of a record its light holds.
 #pragma once
 
+#include "render/color/bands.h"
 #include "render/core/vec.h"
+#include "wire/phases/glossy_records.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-struct RecordSite {
-  float p[3];    // render space
-  float n[3];    // unit
-  float radius;  // about the distance of what is seen from there
-  float pixel;   // width of a pixel of the film there
-};
+using wire::GlossyRecords;
+using wire::IrradianceRecord;
+using wire::RecordSite;
+static_assert(wire::kRecordBands == kBands);
 
 /// The error of the light at `p`, where the normal is `n`, if it is taken to be that of the record at `site`,
 /// relative to it: that of half a sphere of light and half of darkness, each `radius` away [Ward, Rubinstein
@@ -27,10 +27,5 @@ TESSERA_INLINE Float split_sphere_error(const RecordSite& site, Vec3 p, Vec3 n) 
 
 /// The distance from it up to which its error can be below `error`.
 inline float reach_of(const RecordSite& site, float error) { return site.radius * error; }
-
-/// Whether lookups may trust `count` numbers that came with a blob.
-bool are_usual(const float* numbers, std::size_t count);
-/// Whether the site of usual numbers is one: with a unit normal, and a radius.
-bool is_sound(const RecordSite& site);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -12,8 +12,8 @@ namespace tessera::render::TESSERA_ISA::radiosity {
 
 namespace {
 
-using render::radiosity::SolutionPatch;
-using render::radiosity::SolutionVertex;
+using wire::SolutionPatch;
+using wire::SolutionVertex;
 
 constexpr std::uint32_t kWhole = 1u << Name::kDeepest;  // weights of corners in whole numbers
 constexpr double kCosSmooth = 0.8660254037844386;       // of 30 degrees

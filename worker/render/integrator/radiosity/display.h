@@ -1,13 +1,13 @@
 // From patches to what is seen: vertices between which light is interpolated.
 #pragma once
 
-#include "render/integrator/radiosity/solution.h"
 #include "render/integrator/radiosity/solve.h"
 #include "render/shape/shape_table.h"
+#include "wire/phases/radiosity_solution.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 
-using render::radiosity::Solution;
+using wire::Solution;
 
 /// Nodes, patches and vertices of a solved forest. A vertex has the mean light of the patches that it is a
 /// corner of; where it stands in the middle of an edge of a larger patch (a T-vertex), it has what that patch

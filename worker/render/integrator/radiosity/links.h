@@ -17,14 +17,11 @@
 #include "render/integrator/radiosity/form_factor.h"
 #include "render/integrator/radiosity/matter.h"
 #include "render/integrator/radiosity/visibility.h"
+#include "wire/phases/radiosity_links.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 
-/// The patch `receiver` and all of its parts have `factor` times the radiosity of `source` as irradiance.
-struct Link {
-  Name receiver, source;
-  double factor = 0;  // form factor, with what is in the way
-};
+using Link = wire::RadiosityLink;
 
 /// Irradiance by lights that are on no surface, W/m^2, all that are decided at this patch together.
 struct DirectLight {
@@ -32,7 +29,8 @@ struct DirectLight {
   Colour irradiance;
   std::uint32_t lights = 0;  // how many
 };
-static_assert(sizeof(Link) == 24 && sizeof(DirectLight) == 24);
+static_assert(sizeof(DirectLight) == sizeof(wire::DirectLightBytes) &&
+              offsetof(DirectLight, irradiance) == offsetof(wire::DirectLightBytes, irradiance));
 
 /// Links by the receiver's side, ascending.
 struct Links {
@@ -43,8 +41,6 @@ struct Links {
   std::string blob() const;
   /// Appends those of a blob. False where it is none.
   bool append(std::string_view blob);
-  /// The blob of all that blobs hold, one after the other. Absent where one of them is none.
-  static std::optional<std::string> merge(std::span<const std::string_view> blobs);
 };
 
 /// Whether they may be a Linker's: names of what is there, patches at level `deepest` at most, in the right

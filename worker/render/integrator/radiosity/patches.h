@@ -7,44 +7,16 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/integrator/radiosity/solution.h"
 #include "render/light/vec64.h"
 #include "render/shape/shape_table.h"
+#include "wire/phases/patch_name.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 
 using vec64::Vec;
 
-/// A side of a triangle: twice the triangle's number, plus 1 for the side that its normal points away from.
-using Side = std::uint32_t;
-
-/// Name of whatever gives or takes light: a side or a part of it, or a cluster of sides.
-class Name {
- public:
-  static constexpr int kDeepest = render::radiosity::kDeepest;  // splits
-
-  Name() = default;
-  static Name of_side(Side side) { return Name(std::uint64_t{side} << 32); }
-  static Name of_cluster(std::uint32_t cluster) { return Name(kCluster | cluster); }
-  /// One of a patch's four parts: at its corners, and in the middle.
-  Name part(unsigned i) const {
-    return Name((bits_ + (std::uint64_t{1} << 28)) | std::uint64_t{i} << (2 * level()));
-  }
-
-  bool is_cluster() const { return (bits_ & kCluster) != 0; }
-  std::uint32_t cluster() const { return static_cast<std::uint32_t>(bits_); }
-  Side side() const { return static_cast<Side>(bits_ >> 32); }
-  int level() const { return static_cast<int>(bits_ >> 28 & 15); }  // splits that led to it
-  /// Which part was taken by the split that led from `level` on.
-  unsigned part_at(int level) const { return static_cast<unsigned>(bits_ >> (2 * level) & 3); }
-  std::uint64_t bits() const { return bits_; }
-
- private:
-  static constexpr std::uint64_t kCluster = std::uint64_t{1} << 63;
-  explicit Name(std::uint64_t bits) : bits_(bits) {}
-
-  std::uint64_t bits_ = 0;
-};
+using Side = wire::TriangleSide;
+using Name = wire::PatchName;
 
 /// Weights of a triangle's corners at a point of it.
 struct Weights {

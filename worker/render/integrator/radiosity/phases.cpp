@@ -135,8 +135,8 @@ bool make_final_links(const IntegratorContext& context, const PartRequest& part,
                     blob);
 }
 
-bool merge_links(std::span<const std::string_view> blobs, std::string& merged) {
-  std::optional<std::string> all = Links::merge(blobs);
+bool merge_all_links(std::span<const std::string_view> blobs, std::string& merged) {
+  std::optional<std::string> all = wire::merge_links(blobs);
   if (!all) return false;
   merged = *std::move(all);
   return true;
@@ -210,7 +210,7 @@ bool Estimate::finish(double residual, std::stop_token stop) {
 }
 
 const AlgorithmPhase kPhases[3] = {
-    {make_estimate, merge_links}, {make_final_links, merge_links}, {make_solution, merge_solutions}};
+    {make_estimate, merge_all_links}, {make_final_links, merge_all_links}, {make_solution, merge_solutions}};
 
 std::unique_ptr<const Prepared> prepare(const SceneTables& scene, std::span<const std::string_view> blobs) {
   if (blobs.size() < std::size(kPhases)) return prepare_links(scene, blobs);

@@ -1,16 +1,18 @@
-#include "render/integrator/radiosity/solution.h"
+#include "wire/phases/radiosity_solution.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <utility>
 
-#include "render/integrator/radiosity/blob.h"
+#include "wire/phases/blob_arrays.h"
+#include "wire/phases/phase_blob.h"
 
-namespace tessera::render::radiosity {
+namespace tessera::wire {
 
 namespace {
 
-struct Numbers {
+struct SolutionNumbers {
   std::uint64_t links, cut_short;
   std::uint32_t sweeps, sides;
   double residual;
@@ -29,7 +31,8 @@ bool is_forest(const Solution& solution) {
     if (level[i] == kNone) return false;
     if (node < 0 && -node <= patches) continue;
     const auto first = static_cast<std::size_t>(node);
-    if (node < 0 || first <= i || first < sides || first + 4 > nodes || level[i] == kDeepest) return false;
+    if (node < 0 || first <= i || first < sides || first + 4 > nodes || level[i] == PatchName::kDeepest)
+      return false;
     for (std::size_t part = first; part < first + 4; ++part) {
       if (level[part] != kNone) return false;
       level[part] = static_cast<std::uint8_t>(level[i] + 1);
@@ -38,14 +41,24 @@ bool is_forest(const Solution& solution) {
   return true;
 }
 
+template <std::size_t N>
+bool are_finite(const float (&values)[N]) {
+  return std::all_of(std::begin(values), std::end(values), [](float value) { return std::isfinite(value); });
+}
+
 bool is_consistent(const Solution& solution) {
   if (!is_forest(solution) || solution.sides != 2 * solution.turned.size()) return false;
-  for (const SolutionPatch& patch : solution.patches) {
-    for (const std::uint32_t corner : patch.corners) {
-      if (corner >= solution.vertices.size()) return false;
-    }
-  }
-  return true;
+  const auto is_patch = [&](const SolutionPatch& patch) {
+    return are_finite(patch.irradiance) &&
+           std::all_of(std::begin(patch.corners), std::end(patch.corners),
+                       [&](std::uint32_t corner) { return corner < solution.vertices.size(); });
+  };
+  const auto is_vertex = [](const SolutionVertex& vertex) {
+    return are_finite(vertex.position) && are_finite(vertex.irradiance) && are_finite(vertex.radiosity);
+  };
+  return std::ranges::all_of(solution.patches, is_patch) &&
+         std::ranges::all_of(solution.vertices, is_vertex) &&
+         std::ranges::all_of(solution.turned, [](std::uint8_t turned) { return turned <= 1; });
 }
 
 }  // namespace
@@ -56,13 +69,13 @@ std::string Solution::blob() const {
   put_array(patches, blob);
   put_array(vertices, blob);
   put_array(turned, blob);
-  put_array(std::vector<Numbers>{{links, cut_short, sweeps, sides, residual}}, blob);
+  put_array(std::vector<SolutionNumbers>{{links, cut_short, sweeps, sides, residual}}, blob);
   return blob;
 }
 
 std::optional<Solution> Solution::read(std::string_view blob) {
   Solution solution;
-  std::vector<Numbers> numbers;
+  std::vector<SolutionNumbers> numbers;
   if (!take_array(blob, solution.nodes) || !take_array(blob, solution.patches) ||
       !take_array(blob, solution.vertices) || !take_array(blob, solution.turned) ||
       !take_array(blob, numbers) || numbers.size() != 1 || !blob.empty())
@@ -75,4 +88,10 @@ std::optional<Solution> Solution::read(std::string_view blob) {
   return is_consistent(solution) ? std::optional(std::move(solution)) : std::nullopt;
 }
 
-}  // namespace tessera::render::radiosity
+const PhaseBlobCheck kRadiositySolutionCheck{[](const PhaseBlob& blob) { return blob.memory_limit; },
+                                             [](std::string_view bytes, const PhaseBlob&) -> const char* {
+                                               return Solution::read(bytes) ? nullptr
+                                                                            : "no solution of radiosity";
+                                             }};
+
+}  // namespace tessera::wire

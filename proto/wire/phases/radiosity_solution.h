@@ -1,4 +1,4 @@
-// A solution of radiosity as pictures and meshes read it: the blob of the last phase, the same for every ISA.
+// A solution of radiosity as pictures and meshes read it: the blob of the last phase.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +7,9 @@
 #include <string_view>
 #include <vector>
 
-namespace tessera::render::radiosity {
+#include "wire/phases/patch_name.h"
 
-/// Splits that lead to a patch, at most.
-inline constexpr int kDeepest = 14;
+namespace tessera::wire {
 
 /// A corner of patches. Colours are R, G, B, in W/m^2.
 struct SolutionVertex {
@@ -46,4 +45,4 @@ struct Solution {
   static std::optional<Solution> read(std::string_view blob);
 };
 
-}  // namespace tessera::render::radiosity
+}  // namespace tessera::wire

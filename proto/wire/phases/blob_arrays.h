@@ -8,7 +8,7 @@
 #include <type_traits>
 #include <vector>
 
-namespace tessera::render::radiosity {
+namespace tessera::wire {
 
 /// Begins an array of so many values, whose bytes follow.
 inline void put_count(std::uint64_t count, std::string& blob) {
@@ -38,6 +38,18 @@ bool take_bytes(std::string_view& blob, std::string_view& bytes) {
   return true;
 }
 
+/// Whether all values of an array's bytes satisfy `holds`, which is asked in their order until one does not.
+template <class T, class F>
+bool all_in_bytes(std::string_view bytes, F&& holds) {
+  static_assert(std::is_trivially_copyable_v<T>);
+  for (; !bytes.empty(); bytes.remove_prefix(sizeof(T))) {
+    T value;
+    std::memcpy(static_cast<void*>(&value), bytes.data(), sizeof(T));
+    if (!holds(value)) return false;
+  }
+  return true;
+}
+
 template <class T>
 void append_values(std::string_view bytes, std::vector<T>& values) {
   const std::size_t before = values.size();
@@ -54,4 +66,4 @@ bool take_array(std::string_view& blob, std::vector<T>& values) {
   return true;
 }
 
-}  // namespace tessera::render::radiosity
+}  // namespace tessera::wire

@@ -1,24 +1,27 @@
-// Incoming radiance at points of glossy surfaces, and how it changes around them.
+// Incoming radiance at points of glossy surfaces, and how it changes around them: records of an irradiance
+// cache.
 #pragma once
 
 #include <cstddef>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <vector>
 
-#include "render/color/bands.h"
-#include "render/integrator/irradiance_cache/harmonics.h"
-#include "render/integrator/irradiance_cache/record_site.h"
+#include "wire/phases/irradiance_records.h"
 
-namespace tessera::render::TESSERA_ISA {
+namespace tessera::wire {
 
-/// Records with the light that other surfaces bring, by direction: the coefficients of Harmonics in the frame
-/// of the normal (Frame::from_normal), and their change along that frame's x and y, a unit of length
+/// The number of spherical harmonics over a hemisphere in so many bands: l + 1 in band l.
+constexpr int count_of_harmonics(int bands) { return bands * (bands + 1) / 2; }
+
+/// Records with the light that other surfaces bring, by direction: the coefficients of hemispherical
+/// harmonics in the frame of the normal, and their change along that frame's x and y, a unit of length
 /// [Krivanek, Gautron, Pattanaik & Bouatouch 2005]. Lamps that shine on the point themselves are not in it.
 struct GlossyRecords {
   /// Numbers of one coefficient: value, change along x and along y, each with all bands of colour.
-  static constexpr std::size_t kOfCoefficient = 3 * kBands;
+  static constexpr std::size_t kOfCoefficient = 3 * kRecordBands;
 
   int bands = 0;  // of the harmonics; 0: there are no records
   std::vector<RecordSite> sites;
@@ -36,10 +39,17 @@ void take_back_unsound(GlossyRecords& records);
 
 /// The bytes of a blob, and what is in it: nothing else gives the same.
 std::string blob_of(const GlossyRecords& records);
-/// Appends the records of a blob that has no others, and as many bands. False, and nothing appended, where it
-/// is none: damaged, of another length, or with numbers that no record has.
+inline constexpr std::size_t kGlossyHeaderBytes = 16;
+/// Arrays of a blob.
+struct GlossyBytes {
+  std::string_view sites, numbers;
+};
+/// Absent where the blob is none of records with so many bands, and nothing else: damaged, of another length,
+/// or with numbers that no record has.
+std::optional<GlossyBytes> read_glossy_records(std::string_view blob, int bands);
+/// Appends the records of a blob, which has as many bands. False, and nothing appended, where it is none.
 bool append_records(std::string_view blob, GlossyRecords& records);
 /// The bands that a blob says its records have; -1 where it is too short, or no records have so many.
 int bands_of(std::string_view blob);
 
-}  // namespace tessera::render::TESSERA_ISA
+}  // namespace tessera::wire
