@@ -39,6 +39,8 @@ struct FarmEvent {
     // alone.
     kRunFailed = 20,
     kRunLost = 21,
+    kInputsFailed = 23,  // as kUnitFailed, and the worker could not read what the unit is made of
+    kDisputed = 24,      // unit, host: one of those who disagree on what it makes; text: who
   };
 
   Kind kind = Kind::kNote;

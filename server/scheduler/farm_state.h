@@ -95,9 +95,13 @@ struct FarmJob {
   AuditTable audits;                // that wait or are made
   std::set<std::uint32_t> audited;  // first units of results of which a second opinion was asked once
   SpotTable spots;                  // that wait or are rendered
-  std::map<std::string, Standing> standings;                // of identities
-  absl::flat_hash_map<std::uint32_t, std::string> alarms;   // first unit of a result -> whose spot differed
-  std::uint32_t units_unconfirmed = 0;                      // at its end (Checks::unconfirmed_units)
+  std::map<std::string, Standing> standings;               // of identities
+  absl::flat_hash_map<std::uint32_t, std::string> alarms;  // first unit of a result -> whose spot differed
+  std::uint32_t units_unconfirmed = 0;                     // at its end (Checks::unconfirmed_units)
+  // Units of phases by what is known of their results: of which two identities say the same; that somebody
+  // could not read, and steps wait for a second opinion; of which one was asked for that reason.
+  std::set<std::uint32_t> confirmed, suspected, questioned;
+  std::uint32_t reached = 0;  // units below it were open before steps were closed, and may be done
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
   std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end

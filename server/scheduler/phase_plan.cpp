@@ -89,6 +89,30 @@ std::vector<std::uint32_t> PhasePlan::inputs(std::uint32_t unit) const {
   return children;
 }
 
+std::vector<std::uint32_t> PhasePlan::sources(std::uint32_t unit) const {
+  std::vector<std::uint32_t> found;
+  const Step* const step = step_of(unit);
+  const std::uint32_t own_phase = step == nullptr ? static_cast<std::uint32_t>(roots_.size()) : step->phase;
+  // All of the phases before, whose blobs are in every part of this one.
+  const std::uint32_t before = own_phase == 0 ? 0 : roots_[own_phase - 1] + 1;
+  for (std::uint32_t source = 0; source < before; ++source) found.push_back(source);
+  // Of its own phase those that it merges, level by level.
+  if (step == nullptr || step->level == 0) return found;
+  std::vector<std::uint32_t> level = inputs(unit);
+  while (!level.empty()) {
+    found.insert(found.end(), level.begin(), level.end());
+    if (step_of(level.front())->level == 0) break;
+    std::vector<std::uint32_t> below;
+    for (const std::uint32_t source : level) {
+      const std::vector<std::uint32_t> children = inputs(source);
+      below.insert(below.end(), children.begin(), children.end());
+    }
+    level = std::move(below);
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 std::optional<std::uint32_t> PhasePlan::reader(std::uint32_t unit) const {
   const Step* const step = step_of(unit);
   if (step == nullptr || step->count == 1) return std::nullopt;

@@ -38,6 +38,9 @@ class PhasePlan {
   /// Units whose blobs the unit reads, in the order in which it reads them.
   std::vector<std::uint32_t> inputs(std::uint32_t unit) const;
 
+  /// Units of phases whose results are in what the unit reads, ascending.
+  std::vector<std::uint32_t> sources(std::uint32_t unit) const;
+
   /// The unit that merges the blob of this one with others; none where that is a phase's own.
   std::optional<std::uint32_t> reader(std::uint32_t unit) const;
 

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/identity.h"
+#include "scheduler/policy/unit_failures.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
 
@@ -163,9 +164,22 @@ absl::Status Scheduler::fail(std::string_view worker_id, const v1::LeaseToken& t
   if (!job.ok()) return job.status();
   const std::optional<LeaseId> lease = book_.find(**job, token, worker_id);
   if (!lease) return absl::OkStatus();  // given up before: somebody else is at it
-  faults_.fail(**job, *lease, report, now);
+  const std::uint32_t unit = token.unit_index();
+  const std::string why = absl::StrCat(short_name((*worker)->info.host), ": ", report.message);
+  if (report.inputs_fault && audits_.suspect_inputs(**job, unit, why)) {
+    if (state_.leases.contains(*lease)) book_.drop(*lease);
+  } else {
+    faults_.fail(**job, *lease, report, now);
+    reconsider(**job, unit, why);
+  }
   settle(**job, now);
   return absl::OkStatus();
+}
+
+/// A unit that was set aside may have failed for what it reads, whatever its workers say or died of.
+void Scheduler::reconsider(FarmJob& job, std::uint32_t unit, const std::string& why) {
+  if (job.open() && job.units.state(unit) == UnitState::kSetAside && !is_disputed(job.failures[unit]))
+    static_cast<void>(audits_.suspect_inputs(job, unit, why));
 }
 
 /// Blames every unit that a lost worker held: it may have died of any.
@@ -175,7 +189,10 @@ void Scheduler::blame_losses(const std::vector<WorkerInfo>& lost, Time now) {
     for (const LeaseId id : state_.leases.of_worker(worker.id)) {
       if (!state_.leases.contains(id)) continue;  // its job ended over another of these units
       FarmJob& job = *state_.jobs.at(state_.leases.get(id).job);
-      if (faults_.blame_loss(id, worker, now)) settle(job, now);
+      const std::uint32_t unit = state_.leases.get(id).units.first;
+      if (!faults_.blame_loss(id, worker, now)) continue;
+      reconsider(job, unit, absl::StrCat(short_name(worker.host), " was lost with it"));
+      settle(job, now);
     }
   }
 }

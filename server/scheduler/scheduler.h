@@ -184,6 +184,7 @@ class Scheduler {
                                                Time now);
   CompleteDecision spot_result(Job& job, Worker& worker, const v1::LeaseToken& token,
                                const DeliveredResult& result, Time now);
+  void reconsider(FarmJob& job, std::uint32_t unit, const std::string& why);
   void blame_losses(const std::vector<WorkerInfo>& lost, Time now);
   void drop_worker(std::string_view id);
   void bind_anew(Job& job, Time now);
@@ -206,7 +207,7 @@ class Scheduler {
   JobCourse course_{state_, book_};
   Faults faults_{state_, trust_, eligibility_, book_, course_};
   Steps steps_{state_, book_, faults_};
-  Audits audits_{state_, trust_, classes_, eligibility_, book_, steps_};
+  Audits audits_{state_, trust_, classes_, eligibility_, book_, steps_, faults_};
   Paces paces_{state_, classes_};
   Checks checks_{state_, classes_, eligibility_, book_, audits_};
   Leasing leasing_{state_, trust_, classes_, eligibility_, runs_, book_, audits_, checks_};

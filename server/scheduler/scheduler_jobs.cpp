@@ -1,5 +1,6 @@
 // Jobs: from being added to being forgotten, and what is told of them.
 #include <algorithm>
+#include <set>
 
 #include "absl/strings/str_cat.h"
 #include "scheduler/scheduler.h"
@@ -135,7 +136,18 @@ absl::Status Scheduler::retry_job(std::string_view id) {
         absl::StrCat("job ", job.request.id, " is over and not incomplete; submit it again"));
   }
   state_.record(FarmEvent::Kind::kReopened, job.request.id);
+  const std::set<std::uint32_t> doubted = faults_.doubted(job);
   faults_.reopen(job);
+  for (const std::uint32_t unit : doubted) {
+    // Another one of them may have taken it along.
+    if (job.units.state(unit) == UnitState::kDone) steps_.revoke(job, job.units.result(unit));
+  }
+  if (!doubted.empty()) {
+    if (job.audits.empty()) state_.auditing.erase(job.number);
+    state_.note(job, absl::StrCat("what phases made is made anew, for it could not be read: ", doubted.size(),
+                                  " units"));
+  }
+  steps_.open(job);
   return absl::OkStatus();
 }
 
@@ -174,17 +186,21 @@ absl::Status Scheduler::forget_job(std::string_view id) {
 }
 
 void Scheduler::settle(FarmJob& job, Time now) {
+  audits_.release(job);
   if (!job.open() || !job.units.settled()) return;
   checks_.review(job, now);
   audits_.give_up(job);
-  if (!job.audits.empty() || !job.spots.empty()) return;
+  audits_.release(job);
+  if (!job.audits.empty() || !job.spots.empty() || !job.units.settled()) return;
   if (const std::uint32_t unconfirmed = checks_.unconfirmed_units(job);
       unconfirmed != job.units_unconfirmed) {
     job.units_unconfirmed = unconfirmed;
     state_.record(FarmEvent::Kind::kUnconfirmed, job.request.id).value = unconfirmed;
   }
-  if (job.units.set_aside() == 0) return course_.end(job, v1::DONE, "");
-  course_.end(job, job.units.done() == 0 ? v1::FAILED : v1::INCOMPLETE, faults_.what_is_missing(job));
+  if (job.units.done() == job.units.count()) return course_.end(job, v1::DONE, "");
+  if (job.units.set_aside() == 0) return;
+  const bool nothing = job.units.done() == 0 && !faults_.has_disputes(job);
+  course_.end(job, nothing ? v1::FAILED : v1::INCOMPLETE, faults_.what_is_missing(job));
 }
 
 // ---------------------------------------------------------------- views

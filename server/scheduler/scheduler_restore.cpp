@@ -54,6 +54,8 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     case Kind::kSceneFault:
     case Kind::kUnitFailed:
     case Kind::kUnitLost:
+    case Kind::kInputsFailed:
+    case Kind::kDisputed:
     case Kind::kRunFailed:
     case Kind::kRunLost:
     case Kind::kUnitFound:

@@ -26,6 +26,8 @@ struct SchedulerOptions {
   Time longest_run{10'000};  // that a run of units may take, as measured; 0: units are leased one at a time
   Time short_run{100};       // one that is always worth a lease of its own
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
+  // The same of results of phases, which all of a picture is made of, where hosts are of several identities.
+  std::uint32_t audit_phases_one_in = 1;
   JobOrder order = JobOrder::kFirstCome;
   std::uint64_t epoch = 1;          // of the coordinator; part of every token
   double unconfirmed_share = 0.05;  // of a job's units, that may rest on an identity which no other confirmed
@@ -61,6 +63,7 @@ struct JobRequest {
 struct FailureReport {
   std::string message;
   bool scene_fault = false;           // no other would do better
+  bool inputs_fault = false;          // the blobs that the unit reads are none that it can be made of
   std::vector<std::string> log = {};  // the last lines of the worker's own, for people
 };
 
@@ -68,9 +71,12 @@ struct FailureReport {
 struct UnitFailure {
   std::string host;
   std::string message;
-  bool lost = false;         // the worker died or went silent
-  bool scene_fault = false;  // the worker says that no other would do better
-  std::int64_t grant = 0;    // which lease it was (grant_id)
+  bool lost = false;          // the worker died or went silent
+  bool scene_fault = false;   // the worker says that no other would do better
+  bool inputs_fault = false;  // the worker could not read what the unit is made of
+  bool disputed =
+      false;  // the unit was made, but two identities disagree on what it makes, and no third is there
+  std::int64_t grant = 0;  // which lease it was (grant_id)
 };
 
 struct SetAsideView {

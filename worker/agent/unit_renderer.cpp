@@ -205,7 +205,10 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
         "the unit took longer than ", std::chrono::ceil<std::chrono::seconds>(options_.unit_limit).count(),
         " s, the worker's --unit-limit"));
   }
-  if (!made.ok()) return made;
+  if (!made.ok()) {
+    outcome.inputs_fault = absl::IsInvalidArgument(made) && unit.unit.inputs_size() > 0;
+    return made;
+  }
 
   wire::set_counts(counts, outcome.stats);
   add_times(counts.times, (*loaded)->scene->material_names(), outcome.stats);

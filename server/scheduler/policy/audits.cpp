@@ -27,11 +27,15 @@ constexpr std::size_t kMostVotes = 7;
 // Audits of one job that are made, or made again, after a restart.
 constexpr std::size_t kRestoredAudits = 32;
 
+// The same of units of phases. More parts than that are small, and what one of them can spoil, too.
+constexpr std::size_t kMaxPhaseAudits = 65'536;
+
 /// The same choice after a restart, and for every order of results; who does not have the key cannot tell it.
-bool chosen(const SchedulerOptions& options, const std::string& job, std::uint32_t unit) {
-  if (options.audit_one_in == 0) return false;
+bool chosen(const SchedulerOptions& options, const std::string& job, std::uint32_t unit,
+            std::uint32_t one_in) {
+  if (options.audit_one_in == 0 || one_in == 0) return false;
   const std::string digest = wire::sha256_hex(absl::StrCat(options.audit_key, " ", job, " ", unit));
-  return std::stoull(digest.substr(0, 15), nullptr, 16) % options.audit_one_in == 0;
+  return std::stoull(digest.substr(0, 15), nullptr, 16) % one_in == 0;
 }
 
 /// Whether all opinions are of one identity.
@@ -133,8 +137,19 @@ Audit Audits::first_opinion(const FarmJob& job, const AcceptedResult& accepted) 
 }
 
 bool Audits::wanted(const FarmJob& job, const AcceptedResult& accepted) const {
-  return chosen(state_.options, job.request.id, accepted.units.first) && job.audits.size() < kMaxAudits &&
+  const std::size_t most =
+      job.request.plan->is_of_picture(accepted.units.first) ? kMaxAudits : kMaxPhaseAudits;
+  return is_asked_for(job, accepted.units.first, trust_.is_of_one_identity()) && job.audits.size() < most &&
          anyone_can_make(job, first_opinion(job, accepted));
+}
+
+/// Whether chance asks for a second opinion on the result of the unit. All of a picture is made of what its
+/// phases make, so these are asked for more often; hosts of one identity have no reason to distrust each
+/// other that much.
+bool Audits::is_asked_for(const FarmJob& job, std::uint32_t unit, bool of_one_identity) const {
+  const bool often = !job.request.plan->is_of_picture(unit) && !of_one_identity;
+  return chosen(state_.options, job.request.id, unit,
+                often ? state_.options.audit_phases_one_in : state_.options.audit_one_in);
 }
 
 /// Whether the opinion of this host would be a new one: of an identity that has not spoken, for it has one
@@ -175,8 +190,13 @@ void Audits::give_up(FarmJob& job) {
       job.audits.put(unit, std::move(other));
     }
   }
+  std::vector<std::uint32_t> disputed;
   job.audits.erase_if([&](std::uint32_t unit, const Audit& audit) {
     if (!job.audits.waits(unit) || anyone_can_make(job, audit)) return false;
+    if (audit.opinions.size() > 1 && !job.request.plan->is_of_picture(unit)) {
+      disputed.push_back(unit);
+      return false;
+    }
     if (audit.opinions.size() > 1) {
       state_.note(job, absl::StrCat("unit ", unit, ": ", short_name(audit.opinions[0].first), " and ",
                                     short_name(audit.opinions[1].first),
@@ -184,6 +204,10 @@ void Audits::give_up(FarmJob& job) {
     }
     return true;
   });
+  for (const std::uint32_t unit : disputed) {
+    // Another one of them may have taken it along.
+    if (job.audits.find(unit) != nullptr) set_disputed_aside(job, unit);
+  }
 }
 
 Audits::Comparison Audits::compare(FarmJob& job, const FarmWorker& worker, const AcceptedResult& accepted,
@@ -241,7 +265,13 @@ void Audits::adjudicate(FarmJob& job, std::uint32_t unit) {
   const auto differs = [&](const auto& opinion) { return opinion.second != audit.opinions.front().second; };
   const bool disputed = std::any_of(audit.opinions.begin(), audit.opinions.end(), differs);
   const std::optional<Verdict> verdict = verdict_of(audit.opinions, disputed ? votes_needed(job, audit) : 0);
-  if (!verdict) return;
+  if (!verdict) {
+    // What is made of it until somebody comes would be in doubt.
+    if (audit.opinions.size() > 1 && !job.request.plan->is_of_picture(unit) && !anyone_can_make(job, audit))
+      set_disputed_aside(job, unit);
+    return;
+  }
+  if (verdict->result == job.units.result(unit).fingerprint) job.confirmed.insert(unit);
   job.audits.erase(unit);
   if (job.audits.empty()) state_.auditing.erase(job.number);
   for (const LeaseId lease : state_.leases.of_unit(job.number, unit)) book_.drop(lease);
@@ -357,11 +387,20 @@ void Audits::restored(FarmJob& job) {
     return audit.opinions.size() < 2 || verdict_of(audit.opinions, kMostVotes);
   });
   std::vector<AcceptedResult> latest = job.units.results();
+  // No worker is here yet.
+  std::set<std::string> identities;
+  for (const HostNumber host : job.renderers) {
+    if (host < state_.hosts.size()) identities.insert(identity_of(state_.hosts[host]));
+  }
   std::erase_if(latest, [&](const AcceptedResult& result) {
-    return !chosen(state_.options, job.request.id, result.units.first) ||
-           job.audited.contains(result.units.first);
+    return job.audited.contains(result.units.first) ||
+           !is_asked_for(job, result.units.first, identities.size() < 2);
   });
-  if (latest.size() > kRestoredAudits) latest.erase(latest.begin(), latest.end() - kRestoredAudits);
+  const auto of_picture = std::stable_partition(latest.begin(), latest.end(), [&](const auto& result) {
+    return !job.request.plan->is_of_picture(result.units.first);
+  });
+  const auto phases = static_cast<std::size_t>(of_picture - latest.begin());
+  if (latest.size() - phases > kRestoredAudits) latest.erase(of_picture, latest.end() - kRestoredAudits);
   for (const AcceptedResult& accepted : latest) {
     if (accepted.host >= state_.hosts.size() || !trust_.trusts(state_.hosts[accepted.host])) continue;
     job.audits.put(accepted.units.first, first_opinion(job, accepted));

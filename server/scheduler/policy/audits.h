@@ -18,13 +18,14 @@ namespace tessera::server {
 class Audits {
  public:
   Audits(FarmState& state, const Trust& trust, Classes& classes, const Eligibility& eligibility,
-         LeaseBook& book, Steps& steps)
+         LeaseBook& book, Steps& steps, Faults& faults)
       : state_(state),
         trust_(trust),
         classes_(classes),
         eligibility_(eligibility),
         book_(book),
-        steps_(steps) {}
+        steps_(steps),
+        faults_(faults) {}
 
   /// Asks for a second opinion on an accepted result, if it was chosen for one and somebody can give it.
   void ask(FarmJob& job, const AcceptedResult& accepted);
@@ -37,8 +38,16 @@ class Audits {
   std::string draw(const FarmJob& job, std::uint32_t unit,
                    const std::function<bool(const FarmWorker&)>& can) const;
   bool can_make(const FarmWorker& worker, const FarmJob& job, const Audit& audit) const;
-  /// Gives up those that wait and that nobody can make.
+  /// Gives up those that wait and that nobody can make. Where two disagree on a unit of a phase, all of the
+  /// picture would be in doubt: it is set aside.
   void give_up(FarmJob& job);
+
+  /// Somebody could not read what the unit is made of: whoever made it is suspected first. Asks for second
+  /// opinions on all results that are in it, and closes the unit's step until they are there. False where
+  /// there is nobody, or nothing, to ask any more.
+  bool suspect_inputs(FarmJob& job, std::uint32_t unit, const std::string& why);
+  /// Opens the steps that waited for opinions, when all of them are there or will not come.
+  void release(FarmJob& job);
 
   /// A result of the units of an accepted one, beside it.
   struct Comparison {
@@ -68,7 +77,9 @@ class Audits {
   bool may_speak(const Audit& audit, const std::string& host) const;
   bool anyone_can_make(const FarmJob& job, const Audit& audit) const;
   std::size_t votes_needed(const FarmJob& job, const Audit& audit) const;
+  bool is_asked_for(const FarmJob& job, std::uint32_t unit, bool of_one_identity) const;
   void adjudicate(FarmJob& job, std::uint32_t unit);
+  void set_disputed_aside(FarmJob& job, std::uint32_t unit);
   void distrust(const std::string& subject, const std::string& why);
   void revoke_results(FarmJob& job, const std::string& subject);
 
@@ -78,6 +89,7 @@ class Audits {
   const Eligibility& eligibility_;
   LeaseBook& book_;
   Steps& steps_;
+  Faults& faults_;
 };
 
 }  // namespace tessera::server

@@ -25,6 +25,7 @@ void Faults::fail(FarmJob& job, LeaseId id, const FailureReport& report, Time no
                       .message = report.message,
                       .lost = false,
                       .scene_fault = report.scene_fault,
+                      .inputs_fault = report.inputs_fault,
                       .grant = grant_id(lease.epoch, lease.attempt)};
   if (lease.spot != 0) {
     // Somebody else is asked; a host that cannot render what is done is asked no more of this one.
@@ -65,9 +66,11 @@ bool Faults::blame_loss(LeaseId id, const WorkerInfo& worker, Time now) {
 void Faults::record_failure(const FarmJob& job, std::uint32_t unit, const UnitFailure& failure,
                             const std::vector<std::string>& log) {
   using Kind = FarmEvent::Kind;
-  FarmEvent& event = state_.record(failure.lost          ? Kind::kUnitLost
-                                   : failure.scene_fault ? Kind::kSceneFault
-                                                         : Kind::kUnitFailed,
+  FarmEvent& event = state_.record(failure.lost           ? Kind::kUnitLost
+                                   : failure.scene_fault  ? Kind::kSceneFault
+                                   : failure.inputs_fault ? Kind::kInputsFailed
+                                   : failure.disputed     ? Kind::kDisputed
+                                                          : Kind::kUnitFailed,
                                    job.request.id);
   event.unit = unit;
   event.value = failure.grant;
@@ -214,10 +217,46 @@ void Faults::reopen(FarmJob& job) {
   job.failures.clear();
   job.shorter_runs.clear();
   job.dangerous.clear();
+  job.suspected.clear();
+  job.questioned.clear();
   state_.endangered.erase(job.number);
   job.hosts.clear();
   job.scene_faults.clear();
   course_.take_turns(job);
+}
+
+void Faults::set_disputed_aside(FarmJob& job, std::uint32_t unit, const std::vector<std::string>& hosts,
+                                const std::string& message) {
+  for (const std::string& host : hosts) {
+    const UnitFailure failure{.host = host, .message = message, .disputed = true};
+    record_failure(job, unit, failure, {});
+    job.failures[unit].push_back(failure);
+  }
+  job.units.set_aside(unit);
+}
+
+bool Faults::has_disputes(const FarmJob& job) const {
+  return std::any_of(job.failures.begin(), job.failures.end(), [&](const auto& entry) {
+    return job.units.state(entry.first) == UnitState::kSetAside && is_disputed(entry.second);
+  });
+}
+
+std::set<std::uint32_t> Faults::doubted(const FarmJob& job) const {
+  std::set<std::uint32_t> units;
+  bool picture = false;  // whose units all read the same
+  for (const auto& [unit, failures] : job.failures) {
+    const bool unread = std::any_of(failures.begin(), failures.end(),
+                                    [](const UnitFailure& failure) { return failure.inputs_fault; });
+    if (!unread || job.units.state(unit) == UnitState::kDone) continue;
+    const bool of_picture = job.request.plan->is_of_picture(unit);
+    if (of_picture && picture) continue;
+    picture = picture || of_picture;
+    for (const std::uint32_t source : job.request.plan->phases().sources(unit)) {
+      if (job.units.state(source) == UnitState::kDone && !job.confirmed.contains(source))
+        units.insert(source);
+    }
+  }
+  return units;
 }
 
 std::string Faults::what_is_missing(const FarmJob& job) const {
@@ -241,11 +280,15 @@ void Faults::restore(FarmJob& job, const FarmEvent& event) {
       [[fallthrough]];
     case Kind::kUnitFailed:
     case Kind::kUnitLost:
+    case Kind::kInputsFailed:
+    case Kind::kDisputed:
       if (job.units.state(event.unit) == UnitState::kDone) break;  // in the end it was rendered
       job.failures[event.unit].push_back({.host = event.host,
                                           .message = event.text,
                                           .lost = event.kind == Kind::kUnitLost,
                                           .scene_fault = event.kind == Kind::kSceneFault,
+                                          .inputs_fault = event.kind == Kind::kInputsFailed,
+                                          .disputed = event.kind == Kind::kDisputed,
                                           .grant = event.value});
       break;
     case Kind::kRunFailed:

@@ -1,6 +1,7 @@
 // Consequences where units are not rendered: who is at fault, the data or the host.
 #pragma once
 
+#include <set>
 #include <string>
 #include <vector>
 
@@ -38,6 +39,13 @@ class Faults {
   void judge_unit(FarmJob& job, std::uint32_t unit);
   /// The job goes on with a clean record, and what was set aside is to do again.
   void reopen(FarmJob& job);
+  /// A unit of a phase is not given out any more: these hosts disagree on what it makes.
+  void set_disputed_aside(FarmJob& job, std::uint32_t unit, const std::vector<std::string>& hosts,
+                          const std::string& message);
+  bool has_disputes(const FarmJob& job) const;
+  /// Units of phases whose results are in what others failed to read, and that no two identities have made
+  /// alike.
+  std::set<std::uint32_t> doubted(const FarmJob& job) const;
   std::string what_is_missing(const FarmJob& job) const;
   /// A failure as it was journaled, or that it was none. Events of other kinds are none of these.
   void restore(FarmJob& job, const FarmEvent& event);

@@ -1,5 +1,7 @@
 #include "scheduler/policy/steps.h"
 
+#include <algorithm>
+#include <set>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -10,7 +12,8 @@ namespace tessera::server {
 void Steps::open(FarmJob& job) {
   const WorkPlan& plan = *job.request.plan;
   UnitLedger& units = job.units;
-  while (units.open_end() < units.count() && units.settled() && units.set_aside() == 0) {
+  while (units.open_end() < units.count() && units.settled() && units.set_aside() == 0 &&
+         job.suspected.empty()) {
     units.open_until(plan.step_end(units.open_end()));
     // Units of other steps cost something else.
     job.mean_cost_ms = 0;
@@ -55,6 +58,8 @@ void Steps::revoke_alone(FarmJob& job, const AcceptedResult& result) {
   job.spots.erase(result.units.first);
   job.alarms.erase(result.units.first);
   if (job.spots.empty()) state_.checking.erase(job.number);
+  for (std::set<std::uint32_t>* const known : {&job.confirmed, &job.suspected, &job.questioned})
+    known->erase(result.units.first);
   for (const LeaseId lease : state_.leases.of_unit(job.number, result.units.first)) book_.drop(lease);
   FarmEvent& event = state_.record(FarmEvent::Kind::kRevoked, job.request.id);
   event.unit = result.units.first;
@@ -75,7 +80,7 @@ void Steps::revoke_dependents(FarmJob& job, std::uint32_t source) {
   const PhasePlan& phases = job.request.plan->phases();
   const std::uint32_t step_end = phases.step_end(phases.step_begin(source));
   const std::uint32_t phase_end = phases.phase_end(source);
-  for (std::uint32_t unit = job.units.open_end(); unit-- > step_end;) {
+  for (std::uint32_t unit = std::max(job.reached, job.units.open_end()); unit-- > step_end;) {
     if (unit >= phase_end && job.units.state(unit) == UnitState::kDone)
       revoke_alone(job, job.units.result(unit));
     begin_anew(job, unit);
@@ -87,6 +92,14 @@ void Steps::revoke_dependents(FarmJob& job, std::uint32_t source) {
     if (job.units.state(*reader) == UnitState::kDone) revoke_alone(job, job.units.result(*reader));
   }
   job.units.close_from(step_end);
+}
+
+void Steps::close(FarmJob& job, std::uint32_t begin) {
+  for (std::uint32_t unit = job.units.open_end(); unit-- > begin;) {
+    if (job.units.state(unit) != UnitState::kDone) begin_anew(job, unit);
+  }
+  job.reached = std::max(job.reached, job.units.open_end());
+  if (begin < job.units.open_end()) job.units.close_from(begin);
 }
 
 /// Nobody is at the unit, and what happened to it is forgotten: perhaps it was for what it read.

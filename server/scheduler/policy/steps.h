@@ -26,6 +26,9 @@ class Steps {
   void revoke(FarmJob& job, const AcceptedResult& result);
   /// Everything that counts is to be done again.
   void revoke_all(FarmJob& job);
+  /// Nobody may begin with units from `begin` on, the first of a step, until open() finds that they may be;
+  /// results that are there stay.
+  void close(FarmJob& job, std::uint32_t begin);
   /// After a restart: results of steps that come after one that is not done, as a damaged journal may have
   /// them.
   void revoke_orphans(FarmJob& job);

@@ -15,9 +15,14 @@ std::size_t losses_in(const std::vector<UnitFailure>& failures) {
                                                 [](const UnitFailure& failure) { return failure.lost; }));
 }
 
+bool is_disputed(const std::vector<UnitFailure>& failures) {
+  return std::any_of(failures.begin(), failures.end(),
+                     [](const UnitFailure& failure) { return failure.disputed; });
+}
+
 bool failed_too_often(const std::vector<UnitFailure>& failures) {
   return failures.size() - losses_in(failures) >= kMaxFailures || hosts_of(failures).size() >= kMaxFailures ||
-         failures.size() >= kMaxLosses;
+         failures.size() >= kMaxLosses || is_disputed(failures);
 }
 
 }  // namespace tessera::server

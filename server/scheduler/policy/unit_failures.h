@@ -18,6 +18,9 @@ inline constexpr std::uint32_t kLossesToIsolate = 2;  // from then on a unit is 
 std::set<std::string> hosts_of(const std::vector<UnitFailure>& failures);
 std::size_t losses_in(const std::vector<UnitFailure>& failures);
 
+/// Whether identities disagree on what the unit makes.
+bool is_disputed(const std::vector<UnitFailure>& failures);
+
 /// A worker that says what went wrong is believed; one that died may have been killed by something else, so
 /// either different hosts must have seen it, or the same few a number of times.
 bool failed_too_often(const std::vector<UnitFailure>& failures);

@@ -166,6 +166,8 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
     case FarmEvent::Kind::kUnitFailed:
     case FarmEvent::Kind::kSceneFault:
     case FarmEvent::Kind::kUnitLost:
+    case FarmEvent::Kind::kInputsFailed:
+    case FarmEvent::Kind::kDisputed:
     case FarmEvent::Kind::kRunFailed:
     case FarmEvent::Kind::kRunLost:
       note_failure(*entry, event);

@@ -267,6 +267,7 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
   }
   const FailureReport report{.message = shortened(request.message()),
                              .scene_fault = request.scene_fault(),
+                             .inputs_fault = request.inputs_fault(),
                              .log = last_lines(request.log())};
   const absl::Status failed = scheduler_.fail(request.worker_id(), token, report, now());
   if (!failed.ok()) return done(failed);

@@ -167,6 +167,7 @@ absl::Status Outbox::send_once(const Outcome& outcome, const std::string& worker
     for (std::string& line : options_.recent_log(outcome.unit->job_id)) request.add_log(std::move(line));
   }
   request.set_scene_fault(outcome.scene_fault);
+  request.set_inputs_fault(outcome.inputs_fault);
   return link_.fail(request, stop);
 }
 

@@ -28,8 +28,9 @@ struct Outcome {
   std::string payload;  // an encoded TileResult, or a BlobRef of `blob`, when rendered
   std::string blob;     // made by a unit of a phase: uploaded before the result is sent
   v1::UnitStats stats;
-  absl::Status failure;      // why it could not be rendered
-  bool scene_fault = false;  // another worker would fail alike
+  absl::Status failure;       // why it could not be rendered
+  bool scene_fault = false;   // another worker would fail alike
+  bool inputs_fault = false;  // what the unit reads is none that it can be made of
 };
 
 /// Thread-safe. Sends from threads of its own; the destructor waits for the call in flight, not for what is

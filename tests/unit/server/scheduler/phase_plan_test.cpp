@@ -71,6 +71,18 @@ TEST(PhasePlan, PartsAreMergedThreeAtATimeUntilOneIsLeft) {
   EXPECT_EQ(plan.longest_run(20).count, 2u);
 }
 
+TEST(PhasePlan, SourcesAreAllThatIsInWhatAUnitReads) {
+  // 7 parts (0 to 6), 3 merges (7, 8, 9), 1 (10); 2 parts (11, 12), 1 merge (13); the picture.
+  const WorkPlan plan = plan_of({7, 2});
+  const PhasePlan& phases = plan.phases();
+  EXPECT_THAT(phases.sources(3), IsEmpty());
+  EXPECT_THAT(phases.sources(8), ElementsAre(3, 4, 5));
+  EXPECT_THAT(phases.sources(10), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9));
+  EXPECT_THAT(phases.sources(12), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10));
+  EXPECT_THAT(phases.sources(13), ElementsAre(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12));
+  EXPECT_EQ(phases.sources(14).size(), 14u);
+}
+
 TEST(PhasePlan, EveryUnitButTheRootsIsReadOnceWithinItsPhase) {
   for (const std::uint32_t parts : {1u, 2u, 3u, 4u, 9u, 10u, 27u, 28u, 1000u}) {
     const WorkPlan plan = plan_of({parts, 5});
