@@ -94,6 +94,7 @@ Mask clear_glass_at(const SceneTables& scene, const Surface& surface, Vec3 d, Ma
 }
 
 Int medium_behind(const ShapeTable& table, const Surface& surface, Vec3 d, Int medium, Mask active) {
+  if (none(active)) return medium;  // there may be no shapes, whose table cannot be read
   const ShapeRecord* shapes = table.shapes.data();
   const Mask border =
       active & ((gather_member(shapes, &ShapeRecord::flags, surface.shape, active) & kMediumBorder) != 0);
