@@ -31,6 +31,7 @@
 #include "local/local_farm.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
+#include "wire/film_size.h"
 #include "wire/limits.h"
 #include "wire/mesh_blob.h"
 #include "wire/scene_numbers.h"
@@ -171,7 +172,7 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   command
       .add("--overscan", job.overscan,
            "pixels to render on each side beyond the image; the EXR's data window has them")
-      .in_range(0, wire::kMaxFilmSize / 4);
+      .in_range(0, wire::kMaxFilmSide / 4);
   const auto add_aov = [&aovs = job.aovs, &layers = job.layers](const std::string& word) {
     if (const absl::StatusOr<bool> taken = take_layer_word(word, layers); !taken.ok() || *taken)
       return taken.status();

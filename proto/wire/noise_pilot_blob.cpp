@@ -2,6 +2,7 @@
 
 #include <cstring>
 
+#include "wire/film_size.h"
 #include "wire/limits.h"
 
 namespace tessera::wire {
@@ -57,7 +58,7 @@ std::string pilot_blob(const PilotBlocks& pilot) {
 }
 
 bool append_pilot_blob(std::string_view blob, PilotBlocks& pilot) {
-  constexpr std::uint32_t kMostBlocks = kMaxFilmSize / kNoiseBlock;
+  constexpr std::uint32_t kMostBlocks = (kMaxFilmSide + kNoiseBlock - 1) / kNoiseBlock;
   if (blob.empty()) return true;
   Rect rect;
   if (blob.size() < sizeof(rect)) return false;

@@ -90,7 +90,48 @@ class Search {
   std::vector<BadNumber> found_;
 };
 
+/// The first value of a spectrum that is no index of refraction, else any of them.
+float worst_index(const v1::Spectrum& spectrum) {
+  if (spectrum.has_rgb()) return spectrum.rgb().g();  // which is the index of all bands
+  if (spectrum.kind_case() == v1::Spectrum::kConstant) return spectrum.constant();
+  float eta = 1;
+  for (const float value : spectrum.sampled().values()) {
+    eta = value;
+    if (!check_index(eta).ok()) break;
+  }
+  return eta;
+}
+
 }  // namespace
+
+absl::Status check_index(float eta) {
+  if (eta >= kLeastIndex && eta <= kLargestIndex) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("an index of refraction of ", eta, " is not between ",
+                                                 kLeastIndex, " and ", kLargestIndex));
+}
+
+std::string index_fault(const v1::Material& material) {
+  const auto* reflection = material.GetReflection();
+  const FieldDescriptor* const kind =
+      reflection->GetOneofFieldDescriptor(material, material.GetDescriptor()->FindOneofByName("kind"));
+  if (kind == nullptr) return "";
+  const Message& model = reflection->GetMessage(material, kind);
+  std::vector<const FieldDescriptor*> fields;
+  model.GetReflection()->ListFields(model, &fields);
+  for (const FieldDescriptor* field : fields) {
+    if (field->name() != "eta" && field->name() != "ior") continue;
+    absl::Status status;
+    if (field->cpp_type() == FieldDescriptor::CPPTYPE_FLOAT) {
+      status = check_index(model.GetReflection()->GetFloat(model, field));
+    } else if (field->message_type() == v1::Spectrum::descriptor()) {
+      const auto& spectrum =
+          static_cast<const v1::Spectrum&>(model.GetReflection()->GetMessage(model, field));
+      if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) status = check_index(worst_index(spectrum));
+    }
+    if (!status.ok()) return std::string(status.message());
+  }
+  return "";
+}
 
 std::string BadNumber::to_string() const {
   std::string text;

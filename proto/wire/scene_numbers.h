@@ -18,6 +18,17 @@ inline constexpr double kLargestSceneNumber = 1e18;
 /// Whether a scene may hold `x`: finite, and not beyond kLargestSceneNumber.
 inline bool is_scene_number(double x) { return x >= -kLargestSceneNumber && x <= kLargestSceneNumber; }
 
+/// Such numbers, in messages of those who read them.
+inline constexpr char kSceneNumberRange[] = "a number from -1e18 to 1e18";
+
+/// Smallest and largest index of refraction that single precision can work with.
+inline constexpr float kLeastIndex = 1e-4f, kLargestIndex = 1e4f;
+
+/// Returns what is wrong with an index of refraction that the material has; empty: nothing.
+std::string index_fault(const v1::Material& material);
+/// InvalidArgument for an index beyond these bounds.
+absl::Status check_index(float eta);
+
 /// A number of a scene that is_scene_number() refuses.
 struct BadNumber {
   /// From the scene down to the number's own field, with the index within repeated fields (-1 for others).

@@ -81,8 +81,10 @@ def make_spec(
         raise ValueError(f"integrator '{integrator}' is for the program: {', '.join(DIRECT)} were expected")
     film = scene.message.film
     width, height = resolution or (film.width, film.height)
-    if not (0 < width <= 65536 and 0 < height <= 65536):
-        raise ValueError(f"the film has {width} x {height} pixels; 1 to 65536 each way are possible")
+    if not (0 < width <= 1_000_000 and 0 < height <= 1_000_000 and width * height <= 2**32):
+        raise ValueError(
+            f"the film has {width} x {height} pixels; 1 to 1000000 each way, and at most 2^32 in all, are possible"
+        )
     unknown = sorted(set(aovs) - set(AOVS))
     if unknown:
         raise ValueError(f"there is no AOV '{unknown[0]}'; there are {', '.join(AOVS)}")

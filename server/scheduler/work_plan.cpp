@@ -9,6 +9,7 @@
 #include "wire/algorithm.h"
 #include "wire/aov_channels.h"
 #include "wire/digest.h"
+#include "wire/film_size.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
 
@@ -25,9 +26,9 @@ std::uint32_t divide_up(std::uint64_t a, std::uint64_t b) {
 
 absl::Status check_film(const v1::JobSpec& spec) {
   const v1::JobSpec::View& view = spec.view();
-  if (view.width() == 0 || view.height() == 0 || std::max(view.width(), view.height()) > wire::kMaxFilmSize) {
-    return unsound(absl::StrCat("width and height are ", view.width(), " and ", view.height(), "; 1 to ",
-                                wire::kMaxFilmSize, " were expected"));
+  if (!wire::is_film_size(view.width(), view.height())) {
+    return unsound(absl::StrCat("width and height are ", view.width(), " and ", view.height(), "; ",
+                                wire::kFilmSizes, ", were expected"));
   }
   const v1::PixelRect& crop = spec.cut().crop();
   if (crop.x0() >= crop.x1() || crop.y0() >= crop.y1() || crop.x1() > view.width() ||

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "wire/algorithm.h"
 #include "wire/digest.h"
+#include "wire/film_size.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
 #include "wire/own_settings.h"
@@ -189,10 +190,9 @@ void resolve_glass_shadows(const JobSettings& request, v1::Algorithms& algorithm
 
 absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
   const auto numbers = parse_numbers<2>(text, 'x');
-  const auto fits = [](std::uint32_t size) { return size > 0 && size <= wire::kMaxFilmSize; };
-  if (!numbers || !fits((*numbers)[0]) || !fits((*numbers)[1])) {
+  if (!numbers || !wire::is_film_size((*numbers)[0], (*numbers)[1])) {
     return absl::InvalidArgumentError(
-        absl::StrCat("expected WIDTHxHEIGHT, each from 1 to ", wire::kMaxFilmSize, ", as in 640x480"));
+        absl::StrCat("expected WIDTHxHEIGHT, as in 640x480: pixels, ", wire::kFilmSizes));
   }
   return Resolution{(*numbers)[0], (*numbers)[1]};
 }
@@ -306,10 +306,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
       request.resolution.value_or(Resolution{scene.film().width(), scene.film().height()});
   if (absl::Status status = check_overscan(request, scene.camera()); !status.ok()) return status;
   const Resolution film{picture.width + 2 * request.overscan, picture.height + 2 * request.overscan};
-  if (film.width == 0 || film.height == 0 || std::max(film.width, film.height) > wire::kMaxFilmSize) {
+  if (!wire::is_film_size(film.width, film.height)) {
     return absl::InvalidArgumentError(absl::StrCat("the scene's film has ", film.width, "x", film.height,
-                                                   " pixels; 1 to ", wire::kMaxFilmSize,
-                                                   " each way are possible"));
+                                                   " pixels; ", wire::kFilmSizes, ", are possible"));
   }
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();

@@ -4,11 +4,12 @@
 
 #include "import/input/concat.h"
 #include "import/mitsuba/document/property_reader.h"
+#include "wire/film_size.h"
 
 namespace tessera::client::mitsuba {
 namespace {
 
-constexpr std::int64_t kMaxPixels = std::int64_t{1} << 16;
+constexpr std::int64_t kMaxPixels = wire::kMaxFilmSide;
 
 void write_filter(Context& context, Object* rfilter) {
   v1::PixelFilter& filter = *context.scene.mutable_film()->mutable_filter();

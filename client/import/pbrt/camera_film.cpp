@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "import/input/concat.h"
+#include "wire/film_size.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -80,8 +81,6 @@ void write_filter(Context& context, Directive& filter) {
 }
 
 void write_film(Context& context, Directive& film, double shutter_seconds) {
-  // The largest that PixelRect and a film in memory can hold.
-  constexpr std::int64_t kMaxPixels = std::int64_t{1} << 17;
   Diagnostics& diagnostics = context.diagnostics;
   ParameterList& parameters = film.parameters;
   if (film.type == "gbuffer" || film.type == "spectral") {
@@ -96,9 +95,10 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
   }
   const std::int64_t width = parameters.get_integer("xresolution", 1280, diagnostics);
   const std::int64_t height = parameters.get_integer("yresolution", 720, diagnostics);
-  if (std::min(width, height) < 1 || std::max(width, height) > kMaxPixels) {
-    diagnostics.error(parameters.where(),
-                      concat("film: a resolution of ", width, "x", height, " is not possible"));
+  if (std::min(width, height) < 1 ||
+      !wire::is_film_size(static_cast<std::uint64_t>(width), static_cast<std::uint64_t>(height))) {
+    diagnostics.error(parameters.where(), concat("film: a resolution of ", width, "x", height,
+                                                 " is not possible: ", wire::kFilmSizes));
     return;
   }
   context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(width));

@@ -10,6 +10,7 @@
 #include "expression/expression.h"
 #include "import/input/concat.h"
 #include "import/tessera_scene/animation.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
 namespace {
@@ -106,6 +107,8 @@ class SceneCheck {
     };
     if (const auto* material = google::protobuf::DynamicCastToGenerated<v1::Material>(&message)) {
       if (material->kind_case() == v1::Material::KIND_NOT_SET) missing("material");
+      if (const std::string fault = wire::index_fault(*material); !fault.empty())
+        diagnostics_.error(where, concat("material \"", material->name(), "\": ", fault));
     } else if (const auto* texture = google::protobuf::DynamicCastToGenerated<v1::Texture>(&message)) {
       if (texture->kind_case() == v1::Texture::KIND_NOT_SET) missing("texture");
     } else if (const auto* shape = google::protobuf::DynamicCastToGenerated<v1::Shape>(&message)) {

@@ -439,8 +439,11 @@ TEST(JobSettings, ParsesResolutions) {
   ASSERT_TRUE(parse_resolution("640x480").ok());
   EXPECT_EQ(parse_resolution("640x480")->width, 640U);
   EXPECT_EQ(parse_resolution("640x480")->height, 480U);
+  EXPECT_TRUE(parse_resolution("100000x1").ok());
+  EXPECT_TRUE(parse_resolution("65536x65536").ok());
+  EXPECT_FALSE(parse_resolution("65537x65536").ok());
   for (const char* wrong :
-       {"", "640", "640x", "x480", "640x480x", "640 x 480", "-1x5", "0x5", "5x0", "70000x5", "1e3x5"}) {
+       {"", "640", "640x", "x480", "640x480x", "640 x 480", "-1x5", "0x5", "5x0", "1000001x5", "1e3x5"}) {
     EXPECT_FALSE(parse_resolution(wrong).ok()) << wrong;
   }
 }

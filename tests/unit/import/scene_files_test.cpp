@@ -12,6 +12,7 @@ namespace {
 
 using testing::AllOf;
 using testing::HasSubstr;
+using testing::Not;
 using testing::SizeIs;
 
 class SceneFiles : public ImportTest {};
@@ -192,6 +193,21 @@ lights { point { intensity { constant: -1e19 } } }
               HasSubstr("s.textproto:4:3: shapes[1].world_from_object.elements[10]: 1e+30 is beyond 1e+18"));
   EXPECT_THAT(message, HasSubstr("s.textproto:6:30: lights[0].point.intensity.constant: -1e+19 is beyond"));
   EXPECT_THAT(message, HasSubstr("s.textproto:3:10: there is no material \"clai\""));
+}
+
+TEST_F(SceneFiles, IndicesOfRefractionOutOfRangeAreErrorsAtTheirPlaces) {
+  const std::string message =
+      error_of(import_scene(write("s.textproto",
+                                  "materials { name: 'g' dielectric { eta { constant: 0 } } }\n"
+                                  "materials { name: 'h' hair { eta: 1e5 } }\n"
+                                  "materials { name: 'p' principled { eta: 0 } }\n"
+                                  "materials { name: 'o' dielectric {} }\n")));
+  EXPECT_THAT(message,
+              HasSubstr("s.textproto:1:1: material \"g\": an index of refraction of 0 is not between "
+                        "0.0001 and 10000"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:2:1: material \"h\": an index of refraction of 100000"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:3:1: material \"p\""));
+  EXPECT_THAT(message, Not(HasSubstr("\"o\"")));
 }
 
 TEST_F(SceneFiles, ThousandsOfBadNumbersAreTwentyErrors) {

@@ -31,6 +31,15 @@ v1::JobSpec sound_spec() {
   return spec;
 }
 
+TEST(WorkPlan, TakesAStripOfAHundredThousandPixels) {
+  v1::JobSpec spec = sound_spec();
+  spec.mutable_view()->set_width(100'000), spec.mutable_view()->set_height(1);
+  *spec.mutable_cut()->mutable_crop() = {};
+  spec.mutable_cut()->mutable_crop()->set_x1(100'000);
+  spec.mutable_cut()->mutable_crop()->set_y1(1);
+  EXPECT_TRUE(WorkPlan::make(spec).ok()) << WorkPlan::make(spec).status();
+}
+
 TEST(WorkPlan, CoversEveryPixelAndSampleOnce) {
   const v1::JobSpec spec = sound_spec();
   const WorkPlan plan = WorkPlan::make(spec).value();
@@ -194,6 +203,12 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
   };
   using testing::HasSubstr;
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->set_width(0); }), HasSubstr("width"));
+  EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->set_width(1'000'001); }), HasSubstr("width"));
+  EXPECT_THAT(message([](v1::JobSpec& s) {
+                s.mutable_view()->set_width(65537);
+                s.mutable_view()->set_height(65536);
+              }),
+              HasSubstr("width"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_view()->set_height(1u << 20); }), HasSubstr("height"));
   EXPECT_THAT(message([](v1::JobSpec& s) { s.mutable_cut()->mutable_crop()->set_x1(101); }),
               HasSubstr("crop"));

@@ -5,6 +5,7 @@
 #include "render/bsdf/slots.h"
 #include "render/build/material/material_kinds.h"
 #include "render/core/constants.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::render {
 
@@ -113,7 +114,7 @@ absl::Status set_gltf(const v1::Material& material, MaterialSlots& slots) {
   const float index = gltf.has_ior() ? gltf.ior() : 1.5f;
   const float eta = (record.flags & kHasInside) && index == 1 ? 1 + kLeastIndexStep : index;
   record.scalars[slot::kEta].value = eta;
-  if (auto s = check_eta(index); !s.ok()) return s;
+  if (auto s = wire::check_index(index); !s.ok()) return s;
   if (auto s = set_film(gltf, extended, slots); !s.ok()) return s;
   if (auto s = set_dispersion(gltf.dispersion(), eta, extended, record); !s.ok()) return s;
   return set_coat_normal(material, extended, slots);

@@ -6,6 +6,7 @@
 #include "render/bsdf/slots.h"
 #include "render/build/values/spectra.h"
 #include "render/core/constants.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::render {
 
@@ -217,7 +218,7 @@ absl::Status set_hair(const v1::HairMaterial& hair, MaterialSlots& slots) {
   if (auto s = slots.set_scalar(hair.beta_m(), 0.3f, record.scalars[slot::kBetaM]); !s.ok()) return s;
   if (auto s = slots.set_scalar(hair.beta_n(), 0.3f, record.scalars[slot::kBetaN]); !s.ok()) return s;
   const float eta = hair.has_eta() ? hair.eta() : 1.55f;
-  if (auto s = check_eta(eta); !s.ok()) return s;
+  if (auto s = wire::check_index(eta); !s.ok()) return s;
   record.scalars[slot::kEta].value = eta;
   const float degrees = hair.has_alpha_degrees() ? hair.alpha_degrees() : 2;
   if (!std::isfinite(degrees)) return absl::InvalidArgumentError("the tilt of its scales is not finite");
@@ -271,7 +272,7 @@ absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialSl
       return absl::InvalidArgumentError("its specular is not between 0 and 1");
     eta.value = eta_from_specular(transmits && eta.value == 0 ? 1e-3f : eta.value);
   }
-  return eta.texture >= 0 ? absl::OkStatus() : check_eta(eta.value);
+  return eta.texture >= 0 ? absl::OkStatus() : wire::check_index(eta.value);
 }
 
 absl::Status set_phong(const v1::PhongMaterial& phong, MaterialSlots& slots) {

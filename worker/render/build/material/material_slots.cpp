@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/slots.h"
 #include "render/build/values/spectra.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::render {
 
@@ -89,14 +90,7 @@ absl::Status MaterialSlots::set_eta(const v1::Spectrum& spectrum, float otherwis
     eta = emission(spectrum).g;
   }
   record.scalars[slot::kEta].value = eta;
-  return check_eta(eta);
-}
-
-absl::Status check_eta(float eta) {
-  constexpr float kLowest = 1e-4f, kHighest = 1e4f;
-  if (eta >= kLowest && eta <= kHighest) return absl::OkStatus();
-  return absl::InvalidArgumentError(
-      absl::StrCat("an index of refraction of ", eta, " is not between ", kLowest, " and ", kHighest));
+  return wire::check_index(eta);
 }
 
 void MaterialSlots::set_multiple_scattering(const v1::Roughness& roughness, float eta) {

@@ -64,7 +64,4 @@ void put(const Rgb& rgb, SpectrumSlot& slot);
 /// Whether it is 0 everywhere.
 inline bool is_zero(const ScalarSlot& slot) { return slot.texture < 0 && slot.value == 0; }
 
-/// InvalidArgument for an index of refraction that single precision cannot work with: outside 1e-4 to 1e4.
-absl::Status check_eta(float eta);
-
 }  // namespace tessera::render
