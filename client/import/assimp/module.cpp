@@ -9,6 +9,7 @@
 #include <assimp/Exporter.hpp>
 #include <assimp/Importer.hpp>
 #include <exception>
+#include <new>
 
 namespace tessera::client::assimp {
 namespace {
@@ -54,6 +55,9 @@ constexpr AssimpModule kModule = {
     [](const std::string& file, std::string& glb, std::vector<std::string>& warnings, std::string& fault) {
       try {
         return convert(file, glb, warnings, fault);
+      } catch (const std::bad_alloc&) {
+        fault = "it takes more memory than there is for it";
+        return false;
       } catch (const std::exception& error) {
         fault = error.what();
         return false;

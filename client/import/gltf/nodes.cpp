@@ -87,10 +87,16 @@ std::vector<std::size_t> in_order(Context& context, const std::vector<Node>& nod
     if (parents[i] == nodes.size()) order.push_back(i);
   }
   for (std::size_t next = 0; next < order.size(); ++next) {
-    const Node& node = nodes[order[next]];
-    met[order[next]] = true;
-    for (std::size_t k = 0; k < size_of(node.json, "children"); ++k)
-      order.push_back(static_cast<std::size_t>(element(node.json, "children", k)->get<double>()));
+    const std::size_t parent = order[next];
+    const Json* const json = nodes[parent].json;
+    met[parent] = true;
+    for (std::size_t k = 0; k < size_of(json, "children"); ++k) {
+      const auto child = static_cast<std::size_t>(element(json, "children", k)->get<double>());
+      // A node that several others claim, or one twice, is met once: ways to it may be without end.
+      if (parents[child] != parent || met[child]) continue;
+      met[child] = true;
+      order.push_back(child);
+    }
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     if (met[i]) continue;

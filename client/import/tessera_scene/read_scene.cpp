@@ -19,6 +19,9 @@
 namespace tessera::client::tessera_scene {
 namespace {
 
+/// Messages within one another in a text; of serialized ones protobuf takes as many.
+constexpr int kMostLevels = 100;
+
 /// protobuf's message about a value of one of the settings' enums, with what it leaves out: the names that
 /// there are, or the one that stands for the word given as a string (which settings were once).
 std::string with_names(const std::string& message) {
@@ -159,6 +162,7 @@ absl::StatusOr<ImportedScene> read_text_scene(const std::filesystem::path& path)
   google::protobuf::TextFormat::Parser parser;
   parser.RecordErrorsTo(&errors);
   parser.WriteLocationsTo(&locations);
+  parser.SetRecursionLimit(kMostLevels);
   v1::Scene scene;
   google::protobuf::io::ArrayInputStream stream(bytes.data(), static_cast<int>(bytes.size()));
   if (!parser.Parse(&stream, &scene) && !diagnostics.has_errors()) {

@@ -58,8 +58,11 @@ TEST_F(MitsubaLanguage, ReportsErrorsInIncludedFilesThere) {
 }
 
 TEST_F(MitsubaLanguage, BoundsIncludesAndNesting) {
-  write("loop.xml", "<scene version='3.0.0'><include filename='loop.xml'/></scene>");
-  EXPECT_THAT(error_of(import_xml(with_sensor("<include filename='loop.xml'/>"))),
+  for (int i = 0; i < 20; ++i) {
+    write("level" + std::to_string(i) + ".xml",
+          "<scene version='3.0.0'><include filename='level" + std::to_string(i + 1) + ".xml'/></scene>");
+  }
+  EXPECT_THAT(error_of(import_xml(with_sensor("<include filename='level0.xml'/>"))),
               HasSubstr("files are included more than 15 deep"));
   std::string deep;
   for (int i = 0; i < 5000; ++i) deep += "<bsdf type='twosided'>";
@@ -97,12 +100,23 @@ TEST_F(MitsubaLanguage, RefusesReferencesThatLeadNowhereOrInCircles) {
       AllOf(HasSubstr("scene.xml:4:1: the id \"a\" is taken"), HasSubstr("scene.xml:3")));
 }
 
+TEST_F(MitsubaLanguage, BoundsIndicesOfRefraction) {
+  const auto error_of_bsdf = [&](const std::string& bsdf) {
+    return error_of(import_xml(with_sensor("<shape type='sphere'>\n" + bsdf + "</shape>")));
+  };
+  EXPECT_THAT(error_of_bsdf("<bsdf type='principled'><float name='eta' value='0'/></bsdf>"),
+              HasSubstr("scene.xml:4:1: bsdf \"principled\": an index of refraction of 0 is not between"));
+  EXPECT_THAT(error_of_bsdf("<bsdf type='dielectric'><float name='int_ior' value='1e4'/>"
+                            "<float name='ext_ior' value='1e-4'/></bsdf>"),
+              HasSubstr("an index of refraction of 1e+08"));
+}
+
 TEST_F(MitsubaLanguage, ReportsSeveralErrorsAtOnce) {
   const std::string message = error_of(import_xml(with_sensor(
       "<emitter type='point'>\n<float name='a' value='x'/>\n<rgb name='intensity' value='1 2'/>\n<foo/>\n"
       "<integer name='i' value='1.5'/>\n<float value='1'/>\n<string name='s' value='1' "
       "z='2'/>\n</emitter>")));
-  EXPECT_THAT(message, HasSubstr(":4:1: expected a number, found \"x\""));
+  EXPECT_THAT(message, HasSubstr(":4:1: expected a number from -1e18 to 1e18, found \"x\""));
   EXPECT_THAT(message, HasSubstr(":5:1: expected one or three numbers, found \"1 2\""));
   EXPECT_THAT(message, HasSubstr(":6:1: <foo> is not an element of the scene language"));
   EXPECT_THAT(message, HasSubstr(":7:1: expected an integer, found \"1.5\""));

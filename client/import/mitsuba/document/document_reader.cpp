@@ -6,6 +6,7 @@
 #include <set>
 
 #include "import/input/concat.h"
+#include "import/input/include_stack.h"
 #include "import/input/input_file.h"
 #include "import/mitsuba/document/old_versions.h"
 #include "import/mitsuba/document/parameters.h"
@@ -13,12 +14,13 @@
 #include "import/mitsuba/document/transform_reader.h"
 #include "import/mitsuba/document/value_text.h"
 #include "import/mitsuba/document/xml_file.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::mitsuba {
 namespace {
 
-constexpr int kMaxIncludeDepth = 15;  // as Mitsuba's
-constexpr int kMaxNesting = 100;      // of elements in one file
+constexpr std::size_t kMaxIncludeDepth = 15;  // as Mitsuba's
+constexpr int kMaxNesting = 100;              // of elements in one file
 
 bool is_object_tag(std::string_view tag) {
   static const std::set<std::string_view> tags = {"scene", "sensor",  "film",       "emitter", "sampler",
@@ -32,7 +34,6 @@ struct FileScope {
   const XmlFile& file;
   std::filesystem::path directory;
   bool before_version_2 = false;
-  int include_depth = 0;
 };
 
 class DocumentReader {
@@ -42,7 +43,7 @@ class DocumentReader {
 
   Document read(const std::filesystem::path& path) {
     document_.search_path.push_back(path.parent_path());
-    read_file(path, SourceLocation{}, nullptr, "", 0);
+    read_file(path, SourceLocation{}, nullptr, "");
     if (!diagnostics_.full()) resolve_references(references_, ids_, document_, diagnostics_);
     for (const std::string& name : parameters_.unused()) {
       diagnostics_.warning({},
@@ -59,7 +60,9 @@ class DocumentReader {
   }
 
   void read_file(const std::filesystem::path& path, SourceLocation included_from, Object* parent,
-                 const std::string& name, int include_depth);
+                 const std::string& name);
+  void read_open_file(const std::filesystem::path& path, SourceLocation included_from, Object* parent,
+                      const std::string& name);
   void read_element(const FileScope& scope, Node node, Object& parent, int nesting);
   void read_object(const FileScope& scope, Node node, Object* parent, const std::string& name, int nesting);
   void read_children(const FileScope& scope, const Node& node, Object& object, int nesting);
@@ -78,6 +81,7 @@ class DocumentReader {
 
   Diagnostics& diagnostics_;
   Parameters parameters_;
+  IncludeStack files_{kMaxIncludeDepth + 1};
   Document document_;
   std::map<std::string, Object*> ids_;
   std::vector<Reference> references_;
@@ -86,10 +90,8 @@ class DocumentReader {
 bool DocumentReader::substitute(const FileScope& scope, Node node) {
   for (pugi::xml_attribute attribute : node.attributes()) {
     std::string text = attribute.value();
-    const std::string missing = parameters_.substitute(text);
-    if (!missing.empty()) {
-      fail(scope, node,
-           concat("there is no parameter ", missing, ": expected a <default> or a definition for it"));
+    if (std::string problem = parameters_.substitute(text); !problem.empty()) {
+      fail(scope, node, std::move(problem));
       return false;
     }
     attribute.set_value(text.c_str());
@@ -146,10 +148,20 @@ std::optional<bool> DocumentReader::is_before_version_2(const FileScope& scope, 
 }
 
 void DocumentReader::read_file(const std::filesystem::path& path, SourceLocation included_from,
-                               Object* parent, const std::string& name, int include_depth) {
+                               Object* parent, const std::string& name) {
+  if (const std::string problem = files_.enter(path); !problem.empty())
+    return diagnostics_.error(included_from, problem);
+  read_open_file(path, included_from, parent, name);
+  files_.leave();
+}
+
+void DocumentReader::read_open_file(const std::filesystem::path& path, SourceLocation included_from,
+                                    Object* parent, const std::string& name) {
   XmlFile file;
   if (!file.load(path, included_from, diagnostics_)) return;
-  FileScope scope{file, path.parent_path(), false, include_depth};
+  if (const std::string problem = files_.count_bytes(file.size()); !problem.empty())
+    return diagnostics_.error(included_from, problem);
+  FileScope scope{file, path.parent_path(), false};
   const Node root = file.root();
   const std::optional<bool> before_version_2 = is_before_version_2(scope, root);
   if (!before_version_2) return;
@@ -241,9 +253,6 @@ void DocumentReader::read_object(const FileScope& scope, Node node, Object* pare
 
 void DocumentReader::read_include(const FileScope& scope, const Node& node, Object& parent) {
   if (!check_attributes(scope, node, {"filename"}, {"name"})) return;
-  if (scope.include_depth >= kMaxIncludeDepth) {
-    return fail(scope, node, concat("files are included more than ", kMaxIncludeDepth, " deep"));
-  }
   const std::string file = node.attribute("filename").value();
   std::filesystem::path path = scope.directory / file;
   std::error_code error;
@@ -255,7 +264,7 @@ void DocumentReader::read_include(const FileScope& scope, const Node& node, Obje
   const std::filesystem::path folder = path.parent_path();
   auto& folders = document_.search_path;
   if (std::find(folders.begin(), folders.end(), folder) == folders.end()) folders.push_back(folder);
-  read_file(path, scope.file.locate(node), &parent, node.attribute("name").value(), scope.include_depth + 1);
+  read_file(path, scope.file.locate(node), &parent, node.attribute("name").value());
 }
 
 void DocumentReader::read_path(const FileScope& scope, const Node& node, const Object& parent) {
@@ -341,7 +350,7 @@ void DocumentReader::read_value(const FileScope& scope, const Node& node, Object
   } else if (tag == "integer") {
     expect(parse_integer(text), "an integer");
   } else if (tag == "float") {
-    expect(parse_float(text), "a number");
+    expect(parse_float(text), wire::kSceneNumberRange);
   } else if (tag == "string") {
     value = String{text};
   } else if (tag == "rgb") {

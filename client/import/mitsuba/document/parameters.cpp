@@ -2,6 +2,8 @@
 
 #include <cctype>
 
+#include "import/input/concat.h"
+
 namespace tessera::client::mitsuba {
 namespace {
 
@@ -40,8 +42,12 @@ std::string Parameters::substitute(std::string& text) {
     if (best == entries_.end()) {
       std::size_t end = 0;
       while (end < rest.size() && is_name_character(rest[end])) ++end;
-      return "$" + std::string(rest.substr(0, end));
+      return concat("there is no parameter $", rest.substr(0, end),
+                    ": expected a <default> or a definition for it");
     }
+    characters_ += best->second.value.size();
+    if (characters_ > kMostCharacters)
+      return concat("the values of parameters come to more than ", kMostCharacters, " characters");
     result += best->second.value;
     best->second.used = true;
     i += 1 + best->first.size();

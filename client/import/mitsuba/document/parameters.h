@@ -15,8 +15,12 @@ class Parameters {
   /// A <default>: counts only where nothing has that name yet.
   void add_default(const std::string& name, const std::string& value);
 
-  /// Replaces every $name by its value (the longest name that fits) and every \$ by $. The name of a
-  /// parameter that does not exist, or nothing.
+  /// Characters that all values together may be put in place of names with: values are made of values, and
+  /// may double with every line.
+  static constexpr std::size_t kMostCharacters = std::size_t{1} << 26;
+
+  /// Replaces every $name by its value (the longest name that fits) and every \$ by $. Returns what is wrong
+  /// where a parameter does not exist, or the text becomes too long.
   std::string substitute(std::string& text);
 
   /// Names from the command line that no file has a <default> for or uses.
@@ -28,6 +32,7 @@ class Parameters {
     bool used = false;
   };
   std::map<std::string, Entry> entries_;
+  std::size_t characters_ = 0;  // of all values that were put in place of names
 };
 
 }  // namespace tessera::client::mitsuba

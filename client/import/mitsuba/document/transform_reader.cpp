@@ -6,6 +6,7 @@
 
 #include "import/input/concat.h"
 #include "import/mitsuba/document/value_text.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -53,7 +54,8 @@ std::string rotate(const pugi::xml_node& node, Imath::M44d& transform) {
   if (std::string problem = read_vector(node, 0, axis); !problem.empty()) return problem;
   const std::optional<double> angle = parse_float(node.attribute("angle").value());
   if (!angle)
-    return concat("expected a number as \"angle\", found \"", node.attribute("angle").value(), "\"");
+    return concat("expected ", wire::kSceneNumberRange, " as \"angle\", found \"",
+                  node.attribute("angle").value(), "\"");
   if (!(std::hypot(axis[0], axis[1], axis[2]) > 0)) return "the axis of the rotation is zero";
   transform = transform * rotation(*angle, axis);
   return "";
@@ -123,7 +125,9 @@ std::string read_vector(const pugi::xml_node& node, double fallback, Imath::V3d&
   for (int a = 0; a < 3; ++a) {
     if (!node.attribute(names[a])) continue;
     const std::optional<double> number = parse_float(node.attribute(names[a]).value());
-    if (!number) return concat("expected a number, found \"", node.attribute(names[a]).value(), "\"");
+    if (!number)
+      return concat("expected ", wire::kSceneNumberRange, ", found \"", node.attribute(names[a]).value(),
+                    "\"");
     vector[a] = *number;
   }
   return "";

@@ -94,7 +94,7 @@ std::string parse_spectrum(std::string_view text, SpectrumData& spectrum) {
   const std::vector<std::string_view> words = split(text);
   if (words.size() == 1 && words.front().find(':') == std::string_view::npos) {
     const std::optional<double> value = parse_float(words.front());
-    if (!value) return concat("expected a number, found \"", words.front(), "\"");
+    if (!value) return concat("expected ", wire::kSceneNumberRange, ", found \"", words.front(), "\"");
     spectrum.uniform = *value;
     return "";
   }

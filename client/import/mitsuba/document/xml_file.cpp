@@ -16,6 +16,7 @@ bool XmlFile::load(const std::filesystem::path& path, SourceLocation included_fr
   }
   file_ = diagnostics.add_file(path.string());
   const std::string_view bytes = file->bytes();
+  size_ = bytes.size();
   line_starts_ = {0};
   for (std::size_t i = bytes.find('\n'); i != std::string_view::npos; i = bytes.find('\n', i + 1)) {
     line_starts_.push_back(i + 1);

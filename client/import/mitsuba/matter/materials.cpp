@@ -1,7 +1,10 @@
 #include "import/mitsuba/matter/materials.h"
 
+#include <utility>
+
 #include "import/input/concat.h"
 #include "import/mitsuba/matter/colors.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -37,6 +40,14 @@ std::string MaterialTable::use(Object& bsdf, const Wrapping& wrapping) {
   const Key key = {&bsdf, wrapping.two_sided, wrapping.fields.SerializeAsString()};
   const auto known = names_.find(key);
   if (known != names_.end()) return known->second;
+  // Where wrappers share what they wrap, the ways through them may double with every level.
+  const std::size_t most = 4096 + 16 * context_.document.objects.size();
+  if (names_.size() >= most && !std::exchange(too_many_, true)) {
+    context_.diagnostics.error(
+        bsdf.where, concat("the ", bsdf.title(), " and other bsdfs are shared by so many masks, maps and ",
+                           "blends of one another that they make more than ", most, " materials"));
+  }
+  if (too_many_) return "";
   return names_[key] = write(bsdf, wrapping);
 }
 
@@ -70,6 +81,8 @@ std::string MaterialTable::write_leaf(PropertyReader& reader, const Wrapping& wr
   }
   v1::Material material = wrapping.fields;
   type->write(reader, textures_, material);
+  if (const std::string fault = wire::index_fault(material); !fault.empty())
+    reader.error(concat(bsdf.title(), ": ", fault));
   const bool transmits = type->transmits || (bsdf.type == "principled" && reader.has("spec_trans"));
   material.set_one_sided(!transmits && !wrapping.two_sided);
   material.set_name(Context::unique_name(bsdf, bsdf.type, taken_));

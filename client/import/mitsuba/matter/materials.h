@@ -41,6 +41,7 @@ class MaterialTable {
   Context& context_;
   TextureTable& textures_;
   std::map<Key, std::string> names_;
+  bool too_many_ = false;  // of these; reported
   std::set<std::string> taken_;
 };
 

@@ -6,14 +6,9 @@
 
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::pbrt {
-namespace {
-
-constexpr std::size_t kMaxDepth = 64;       // of files that include one another
-constexpr std::size_t kMaxFiles = 100'000;  // of all included files together
-
-}  // namespace
 
 /// A directive is read by a handler, or has the form `Name "type" parameters`.
 struct DirectiveReader::DirectiveSyntax {
@@ -79,30 +74,30 @@ const DirectiveReader::DirectiveSyntax* DirectiveReader::find_syntax(std::string
 // ---------------------------------------------------------------- files and tokens
 
 void DirectiveReader::read_file(const std::filesystem::path& path, SourceLocation named_at) {
+  if (const std::string problem = files_.enter(path); !problem.empty()) {
+    context_.diagnostics.error(named_at, problem);
+    return;
+  }
+  read_open_file(path, named_at);
+  files_.leave();
+}
+
+void DirectiveReader::read_open_file(const std::filesystem::path& path, SourceLocation named_at) {
   Diagnostics& diagnostics = context_.diagnostics;
-  std::error_code error;
-  std::string canonical = std::filesystem::weakly_canonical(path, error).string();
-  if (std::find(open_files_.begin(), open_files_.end(), canonical) != open_files_.end()) {
-    diagnostics.error(named_at, concat(path.string(), " includes itself"));
-    return;
-  }
-  if (open_files_.size() >= kMaxDepth || ++file_count_ > kMaxFiles) {
-    diagnostics.error(named_at, concat("too many included files: at most ", kMaxDepth,
-                                       " inside one another and ", kMaxFiles, " altogether"));
-    return;
-  }
   absl::StatusOr<InputFile> file = InputFile::open(path);
   if (!file.ok()) {
     diagnostics.error(named_at, std::string(file.status().message()));
+    return;
+  }
+  if (const std::string problem = files_.count_bytes(file->bytes().size()); !problem.empty()) {
+    diagnostics.error(named_at, problem);
     return;
   }
   Tokenizer tokenizer(file->bytes(), diagnostics.add_file(path.string()));
   Tokenizer* const outer = std::exchange(tokenizer_, &tokenizer);
   const bool outer_lookahead = std::exchange(has_lookahead_, false);
   const Token outer_token = lookahead_;
-  open_files_.push_back(std::move(canonical));
   read_directives();
-  open_files_.pop_back();
   tokenizer_ = outer;
   has_lookahead_ = outer_lookahead;
   lookahead_ = outer_token;
@@ -190,7 +185,7 @@ bool DirectiveReader::read_numbers(std::span<double> values) {
     const std::optional<double> number =
         token.kind == TokenKind::kWord ? parse_number(token.text) : std::nullopt;
     if (!number) {
-      fail(token, "a finite number");
+      fail(token, wire::kSceneNumberRange);
       return false;
     }
     take();

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "import/input/include_stack.h"
 #include "import/pbrt/directive_handler.h"
 #include "import/pbrt/file/tokenizer.h"
 
@@ -26,6 +27,7 @@ class DirectiveReader {
   struct DirectiveSyntax;
   static const DirectiveSyntax* find_syntax(std::string_view name);
 
+  void read_open_file(const std::filesystem::path& path, SourceLocation named_at);
   void read_directives();
   Token peek();
   Token take();
@@ -75,8 +77,7 @@ class DirectiveReader {
   Tokenizer* tokenizer_ = nullptr;  // of the file that is being read
   Token lookahead_;
   bool has_lookahead_ = false;
-  std::vector<std::string> open_files_;
-  std::size_t file_count_ = 0;
+  IncludeStack files_{64};
 };
 
 }  // namespace tessera::client::pbrt

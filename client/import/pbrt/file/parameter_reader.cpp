@@ -5,6 +5,7 @@
 #include "import/pbrt/file/directive_reader.h"
 
 #include "import/input/concat.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::pbrt {
 
@@ -126,7 +127,7 @@ bool DirectiveReader::read_value(const Token& token, Parameter& parameter) {
       return true;
     }
   }
-  fail(token, concat("a finite number for \"", parameter.name, "\""));
+  fail(token, concat(wire::kSceneNumberRange, " for \"", parameter.name, "\""));
   return false;
 }
 

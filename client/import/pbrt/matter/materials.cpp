@@ -2,6 +2,8 @@
 
 #include "import/input/concat.h"
 #include "import/pbrt/matter/material_writers.h"
+#include "wire/limits.h"
+#include "wire/scene_numbers.h"
 
 namespace tessera::client::pbrt {
 
@@ -55,9 +57,14 @@ std::string MaterialTable::use(const MaterialRef& ref, SourceLocation where) {
   Entry& entry = entries_[index];
   if (entry.state == State::kInProgress) {
     context_.diagnostics.error(where, concat("material \"", entry.name, "\" is a mix of itself"));
+  } else if (entry.state == State::kDefined && nesting_ > wire::kMaxNesting) {
+    context_.diagnostics.error(where, concat("material \"", entry.name, "\": more than ", wire::kMaxNesting,
+                                             " mixes within one another"));
   } else if (entry.state == State::kDefined) {
     entry.state = State::kInProgress;
+    ++nesting_;
     convert(entry);
+    --nesting_;
     entry.state = State::kDone;
   }
   return entry.name;
@@ -74,6 +81,7 @@ void MaterialTable::convert(Entry& entry) {
         return use({-1, name}, where);
       },
       material);
+  if (const std::string fault = wire::index_fault(material); !fault.empty()) fail(values, fault);
   if (entry.parameters.has("displacement"))
     *material.mutable_displacement() = values.number("displacement", 0);
   // pbrt takes files only.

@@ -46,6 +46,7 @@ class MaterialTable {
 
   Context& context_;
   TextureTable& textures_;
+  int nesting_ = 0;  // materials that are being converted, each for the mix before
   std::vector<Entry> entries_;
   std::map<std::string, int> named_;
   std::unordered_map<std::string, std::string> scene_name_of_content_;

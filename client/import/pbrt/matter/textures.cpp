@@ -2,6 +2,7 @@
 
 #include "import/input/concat.h"
 #include "import/pbrt/matter/texture_writers.h"
+#include "wire/limits.h"
 
 namespace tessera::client::pbrt {
 
@@ -53,10 +54,17 @@ std::string TextureTable::use(TextureKind kind, const std::string& name, SourceL
     context_.diagnostics.error(where, concat("texture \"", name, "\" refers to itself"));
     return "";
   }
+  if (nesting_ == wire::kMaxNesting) {
+    context_.diagnostics.error(where, concat("texture \"", name, "\": more than ", wire::kMaxNesting,
+                                             " textures within one another"));
+    return "";
+  }
   entry.state = State::kInProgress;
+  ++nesting_;
   v1::Texture texture;
   ValueReader values(context_, *this, entry.parameters);
   find_texture_writer(entry.type)({kind, entry.world_from_texture, values}, texture);
+  --nesting_;
   entry.scene_name = unique_scene_name(kind, name);
   texture.set_name(entry.scene_name);
   *context_.scene.add_textures() = std::move(texture);

@@ -44,6 +44,7 @@ class TextureTable {
   std::string unique_scene_name(TextureKind kind, const std::string& name);
 
   Context& context_;
+  int nesting_ = 0;  // textures that are being converted, each for the one before
   std::map<std::pair<TextureKind, std::string>, Entry> entries_;
   std::set<std::string> scene_names_;
   std::map<std::string, std::string> added_;  // names by content
