@@ -121,5 +121,24 @@ INSTANTIATE_TEST_SUITE_P(
                   "elements: [1e30,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }",
                   "instance 0 (o): its transform scales by more")));
 
+TEST_F(InstanceBuilderTest, HalfSpacesOfObjectsWithinObjectsAreBounded) {
+  // No level keeps them: forty levels that hold the one below twice would place 2^40.
+  std::string levels = "objects { name: 'o0' shapes { half_space {} } } ";
+  for (int i = 1; i <= 40; ++i)
+    absl::StrAppend(&levels, "objects { name: 'o", i, "' instances { object: 'o", i - 1,
+                    "' } instances { object: 'o", i - 1, "' } } ");
+  EXPECT_THAT(std::string(build(levels + "instances { object: 'o40' }").message()),
+              HasSubstr("half-spaces of objects stand in the world one by one, here 1099511627776"));
+}
+
+TEST_F(InstanceBuilderTest, ObjectsWithinObjectsThatShareThemAreKeptAsLevels) {
+  std::string levels = "objects { name: 'o0' shapes { sphere { radius: 1 } } } ";
+  for (int i = 1; i <= 40; ++i)
+    absl::StrAppend(&levels, "objects { name: 'o", i, "' instances { object: 'o", i - 1,
+                    "' } instances { object: 'o", i - 1, "' } } ");
+  ASSERT_EQ(build(levels + "instances { object: 'o40' }"), absl::OkStatus());
+  EXPECT_LT(table_.inner.size() + table_.instances.size(), 1u << 19);
+}
+
 }  // namespace
 }  // namespace tessera::render

@@ -155,6 +155,27 @@ TEST_F(MaterialBuilderTest, WarnsOfWhatIsLeftOut) {
   EXPECT_THAT(warnings_, ElementsAre("material 'milky': the medium inside its coat is left out"));
 }
 
+/// Materials m0, m1 ..., each a mix of the one before it with itself.
+std::string mixes(int count) {
+  std::string text = "materials { name: 'm0' diffuse {} } ";
+  for (int i = 1; i <= count; ++i)
+    absl::StrAppend(&text, "materials { name: 'm", i, "' mix { a: 'm", i - 1, "' b: 'm", i - 1, "' } } ");
+  return text;
+}
+
+TEST_F(MaterialBuilderTest, BoundsMixesOfMixes) {
+  EXPECT_THAT(refusal("materials { name: 'm' mix { a: 'n' b: 'n' } } "
+                      "materials { name: 'n' mix { a: 'm' b: 'm' } }"),
+              HasSubstr("material 'm': it mixes itself"));
+  EXPECT_THAT(refusal(mixes(100'000)), HasSubstr("more than 64 mixes within one another"));
+}
+
+TEST_F(MaterialBuilderTest, TakesMixesThatShareTheirParts) {
+  // 2^40 ways lead to the first.
+  EXPECT_EQ(build(mixes(40)), absl::OkStatus());
+  EXPECT_EQ(table_.materials.size(), 42u);  // and the one of shapes without
+}
+
 TEST_F(MaterialBuilderTest, NamesTheMaterialAtFault) {
   EXPECT_THAT(refusal_of(""), HasSubstr("material 'm': its kind is missing"));
   EXPECT_THAT(refusal("materials { name: 'm' hair {} } materials { name: 'm' hair {} }"),

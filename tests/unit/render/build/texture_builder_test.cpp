@@ -152,6 +152,20 @@ TEST_F(TextureBuilderTest, AScaledNodeIsAProduct) {
   EXPECT_EQ(table_.nodes[static_cast<std::size_t>(product.inputs[1])].value[0], 0.25f);
 }
 
+TEST_F(TextureBuilderTest, BoundsTexturesOfTextures) {
+  // The last comes first, so that building it asks for all others.
+  const auto chain = [](int count, const char* second) {
+    std::string text;
+    for (int i = count; i > 0; --i)
+      absl::StrAppend(
+          &text, "textures { name: 't", i, "' scale { value { texture: 't", i - 1, "' } ",
+          second == nullptr ? std::string() : absl::StrCat(second, " { texture: 't", i - 1, "' }"), " } } ");
+    return text + "textures { name: 't0' noise {} }";
+  };
+  EXPECT_THAT(refusal(chain(100'000, nullptr)), HasSubstr("more than 64 textures within one another"));
+  EXPECT_THAT(refusal(chain(40, "factor")), HasSubstr("it takes more than 4096 look-ups"));
+}
+
 TEST_F(TextureBuilderTest, NamesTheTextureAtFault) {
   EXPECT_THAT(refusal("textures { name: 't' noise {} } textures { name: 't' noise {} }"),
               HasSubstr("texture 't': the name is used twice"));

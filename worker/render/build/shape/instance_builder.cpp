@@ -1,5 +1,6 @@
 #include "render/build/shape/instance_builder.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -41,12 +42,15 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
   if (!moving.ok()) return moving.status();
   table_.world_shape_count = static_cast<std::int32_t>(table_.shapes.size());
   shapes_before_ = shapes.size();
-  std::vector<std::uint64_t> own_parts;
+  std::vector<std::uint64_t> own_parts, half_spaces;
   for (const v1::Object& object : scene.objects()) {
     if (auto s = object_names_.add(object.name(), static_cast<int>(parts_.size())); !s.ok()) return s;
     auto parts = build_object(object);
     if (!parts.ok()) return parts.status();
     own_parts.push_back(parts->size());
+    half_spaces.push_back(static_cast<std::uint64_t>(std::ranges::count_if(*parts, [&](const auto& part) {
+      return is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
+    })));
     parts_.push_back(*std::move(parts));
     shapes_before_ += object.shapes_size();
   }
@@ -62,6 +66,7 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
     if (!object.ok()) return located(object.status(), place_in_scene("instance", i, name));
     placed.push_back(*object);
   }
+  if (auto s = check_flattened(*graph, half_spaces, placed, "half-spaces of objects"); !s.ok()) return s;
   auto plan = plan_nesting(*graph, own_parts, placed, wish, wants_flat);
   if (!plan.ok()) return plan.status();
   note_ = std::move(plan->note);

@@ -28,6 +28,14 @@ constexpr std::uint64_t kUncounted = std::uint64_t{1} << 62;
 
 std::uint64_t sum(std::uint64_t a, std::uint64_t b) { return std::min(a + b, kUncounted); }
 
+/// Makes counts of objects' own parts those of all parts that they come to where all levels are flattened.
+void flatten_counts(const ObjectGraph& graph, std::vector<std::uint64_t>& parts) {
+  for (const int object : graph.order()) {
+    std::uint64_t& all = parts[static_cast<std::size_t>(object)];
+    for (const int held : graph.held_by(object)) all = sum(all, parts[static_cast<std::size_t>(held)]);
+  }
+}
+
 std::string in_words(std::uint64_t count) {
   return count < kUncounted ? absl::StrCat(count) : std::string("2^62 or more");
 }
@@ -109,6 +117,16 @@ absl::Status ObjectGraph::measure(const Objects& objects) {
                                                  kDeepest, ": ", way_of(objects, way)));
 }
 
+absl::Status check_flattened(const ObjectGraph& graph, std::vector<std::uint64_t> own,
+                             const std::vector<int>& placed, const std::string& what) {
+  flatten_counts(graph, own);
+  std::uint64_t all = 0;
+  for (const int object : placed) all = sum(all, own[static_cast<std::size_t>(object)]);
+  if (all <= kMostEverFlattened) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat(what, " stand in the world one by one, here ", in_words(all),
+                                                 " of them; at most ", kMostEverFlattened));
+}
+
 absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,
                                          const std::vector<int>& placed, v1::Nesting wish,
                                          const std::string& wants_flat) {
@@ -122,14 +140,10 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
   }
   if (graph.depth() == 1) return plan;
   // What each object comes to, flattened, and how many places its tree has.
-  std::vector<std::uint64_t> flat = own, places(own.size(), 1);
-  for (const int object : graph.order()) {
-    places[at(object)] = sum(places[at(object)], own[at(object)]);
-    for (const int held : graph.held_by(object)) {
-      flat[at(object)] = sum(flat[at(object)], flat[at(held)]);
-      places[at(object)] = sum(places[at(object)], places[at(held)]);
-    }
-  }
+  std::vector<std::uint64_t> flat = own, places = own;
+  for (std::uint64_t& count : places) count = sum(count, 1);
+  flatten_counts(graph, flat);
+  flatten_counts(graph, places);
   std::uint64_t all = 0, all_places = 0;
   for (const int object : placed) {
     all = sum(all, flat[at(object)]);

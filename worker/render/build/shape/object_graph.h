@@ -53,6 +53,11 @@ struct NestingPlan {
 inline constexpr std::uint64_t kMostFlattened = std::uint64_t{1} << 18;
 inline constexpr std::uint64_t kMostEverFlattened = std::uint64_t{1} << 24;
 
+/// InvalidArgument where the parts that `own` counts for each object, which no level keeps, would be placed
+/// in the world more than kMostEverFlattened times; `what` names them. `placed`: as below.
+absl::Status check_flattened(const ObjectGraph& graph, std::vector<std::uint64_t> own,
+                             const std::vector<int>& placed, const std::string& what);
+
 /// `own`: how many of an object's parts are placed besides its instances; `placed`: the object of each
 /// instance in the world. InvalidArgument where a scene that has to be flattened would have too many
 /// instances, or there are more than 2^62 places; `wants_flat` names what cannot do with others, or is empty.
