@@ -103,7 +103,7 @@ PartialWeights LightSubpaths::arrive(int event, int packet, const WidePath& path
   if (event > 0) {
     PartialWeights weights = weights_.load(packet);
     const Vec3 before = scene_.volumetric ? path.reference : path.origin;
-    weights.arrive(length_squared(v.surface.p - before), cosine);
+    weights.arrive(length_squared(v.surface.p - before) * UnitArea(scene_.lights).inverse, cosine);
     return weights;
   }
   return starts_.first_weights(packet, v, hit);
@@ -116,7 +116,8 @@ void LightSubpaths::join_to_camera(const LightVertex& here, int event, const Sam
   CameraJoin join = camera_join(scene_, here.vertex, here.beta, u_lens, rect, here.joinable);
   if (none(join.seen)) return;
   if (filter_.all()) {
-    const Float density = join.eye.importance * cosine_at(here.vertex, join.w) * (1.0f / paths_a_pass_);
+    const Float density = join.eye.importance * UnitArea(scene_.lights).size *
+                          cosine_at(here.vertex, join.w) * (1.0f / paths_a_pass_);
     const Float weight =
         weight_of_way(here.weights.ways(density, join.back.pdf, merged_at(here.vertex)), Float(0.0f));
     join.value *= weight;

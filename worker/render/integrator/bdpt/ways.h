@@ -44,13 +44,13 @@ TESSERA_INLINE PartialWeights arrive_at(const SceneTables& scene, const Vertex& 
                                         Vec2 u_lens, float subpaths, PartialWeights weights, Mask hit) {
   const Float cosine = cosine_at(v, v.wo);
   if (depth > 0) {
-    weights.arrive(length_squared(v.surface.p - before), cosine);
+    weights.arrive(length_squared(v.surface.p - before) * UnitArea(scene.lights).inverse, cosine);
     return weights;
   }
   weights = {Float(0.0f), Float(0.0f)};
   if (!sees_points(scene.camera)) return weights;
   const CameraConnection eye = connect_to_camera(scene.camera, v.surface.p, u_lens, v.time, hit);
-  weights.last = power(subpaths / max(eye.importance * cosine, 1e-30f));
+  weights.last = power(subpaths / max(eye.importance * UnitArea(scene.lights).size * cosine, 1e-30f));
   return weights;
 }
 
@@ -118,10 +118,11 @@ TESSERA_INLINE WayLight light_of(const SceneTables& scene, const EyeVertex& z, c
   way.weight = Float(1.0f);
   if (weighs) {
     const Float forward = eval_scattering(scene, x, x.wo, -w, way.shines, Transport::kImportance).pdf;
+    const Float by_area = inverse_square * UnitArea(scene.lights).size;
     const Float from_light =
-        y.weights.ways(at_eye.pdf * cosine_at(x, w) * inverse_square, at_light.pdf, merged_at_y);
-    const Float from_eye = z.weights.ways(forward * cosine_at(v, w) * inverse_square,
-                                          back_density(scene, z, w, way.shines), z.merged);
+        y.weights.ways(at_eye.pdf * cosine_at(x, w) * by_area, at_light.pdf, merged_at_y);
+    const Float from_eye =
+        z.weights.ways(forward * cosine_at(v, w) * by_area, back_density(scene, z, w, way.shines), z.merged);
     way.weight = weight_of_way(from_light, from_eye);
   }
   way.ray = connect(scene, v, w, select(x.in_medium, x.surface.p, offset_origin(x.surface, -w)), way.shines);

@@ -81,7 +81,8 @@ PartialWeights PathMaker::arrive_from_light(int event, int packet, const WidePat
   if (event > 0) {
     PartialWeights weights = weights_.load(packet);
     const Vec3 before = scene_.volumetric ? path.reference : path.origin;
-    weights.arrive(length_squared(v.surface.p - before), cosine_at(v, v.wo));
+    weights.arrive(length_squared(v.surface.p - before) * UnitArea(scene_.lights).inverse,
+                   cosine_at(v, v.wo));
     return weights;
   }
   return starts_.first_weights(packet, v, hit);
@@ -94,7 +95,8 @@ void PathMaker::join_to_camera(PathBatch& batch, const LightVertex& here, int ev
                       static_cast<std::uint32_t>(scene_.camera.height)};
   CameraJoin join = camera_join(scene_, here.vertex, here.beta, u_lens, film, wanted);
   if (none(join.seen)) return;
-  const Float density = join.eye.importance * cosine_at(here.vertex, join.w) * (1.0f / film_area_);
+  const Float density = join.eye.importance * UnitArea(scene_.lights).size * cosine_at(here.vertex, join.w) *
+                        (1.0f / film_area_);
   const Float weight = weight_of_way(here.weights.ways(density, join.back.pdf, Float(0.0f)), Float(0.0f));
   join.value *= weight * scale_of(batch, packet, false);
   Mask shines = join.seen;

@@ -60,7 +60,9 @@ class Merging final : public LightVertexSink {
 
   /// Returns what merging a vertex adds to the sums over ways, before powers: how many photons a vertex meets
   /// for one that would be joined.
-  float photons_a_join() const { return static_cast<float>(photon_paths_) * area(); }
+  float photons_a_join() const {
+    return static_cast<float>(photon_paths_) * (area() * UnitArea(scene_.lights).inverse);
+  }
 
   /// Weighed reflected light of the photons near the vertices `at`, on surfaces. `eye`: sums there, at event
   /// `depth`. Adds it to `layers` too, unless that is null.

@@ -37,7 +37,8 @@ LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Fl
   LightEnd end;
   // Places are infinitely dense on the disk around a scene of one point, whose sky starts no path.
   const Float pmf = discrete_pmf(table.selection, light, active);
-  end.emitted = select_or_zero(pmf > 0.0f, pmf * emission.place * emission.direction);
+  end.emitted =
+      select_or_zero(pmf > 0.0f, pmf * (emission.place * UnitArea(table).size) * emission.direction);
   end.sampled = pdf * abs(cosine) * select(lights.at_a_point, distance_squared, 1.0f);
   end.hit = select_or_zero(~lights.delta, abs(cosine));
   return end;

@@ -10,7 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 /// in common is left out: the inverse square of the edge, and for lights at infinity nothing.
 struct LightEnd {
   Float sampled;  // sampled as a light that shines on that vertex
-  Float emitted;  // a path from the light, still without the cosine at the vertex
+  Float emitted;  // a path from the light, by UnitArea, still without the cosine at the vertex
   Float hit;  // met by a path from the eye, still without the density of its direction; 0 for delta lights
 
   /// Sums at the first vertex of a path from the light, met under this cosine.

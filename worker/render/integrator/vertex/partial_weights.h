@@ -8,14 +8,38 @@
 //
 // Densities are nominal: what every way has in common (transmittance of media, Russian roulette, choices of
 // delta lobes) is left out everywhere. Weights still add up to one on every path, so nothing is biased.
+//
+// The sums are fourth powers of lengths: areas are counted in a UnitArea, so that floats hold them in scenes
+// of any size.
 #pragma once
 
+#include <bit>
+#include <cmath>
+#include <cstdint>
+
 #include "render/core/wide.h"
+#include "render/light/light_table.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 /// A ratio of densities as the power heuristic counts it.
 TESSERA_INLINE Float power(Float ratio) { return sqr(ratio); }
+
+/// The area that densities by area are multiplied by, and squared lengths divided by: a power of two next to
+/// the radius of the scene, so that ratios keep their bits. What grows as the fourth power of a scene's size
+/// grows as the square in these units, and as little in parts of it that are as small as 1.
+struct UnitArea {
+  float size, inverse;
+
+  explicit TESSERA_INLINE UnitArea(const LightTable& lights) {
+    constexpr std::uint32_t kExponent = 0x7f800000, kOne = 0x3f800000;
+    // Neither end of the exponents has an inverse.
+    const float radius = std::fmin(std::fmax(lights.scene_radius, 1e-30f), 1e30f);
+    const std::uint32_t bits = std::bit_cast<std::uint32_t>(radius) & kExponent;
+    size = std::bit_cast<float>(bits);
+    inverse = std::bit_cast<float>(2 * kOne - bits);
+  }
+};
 
 /// Sums over the ways to make a subpath with less of it sampled from its own side. In the words of
 /// [Georgiev 2012] d^VCM and d^VC.
@@ -23,16 +47,17 @@ struct PartialWeights {
   Float last;  // for a join of the vertex with the one before it, without the density of the vertex itself
   Float rest;  // for all joins further back, without that and that of the vertex before
 
-  /// The subpath has met its next vertex, this far away and under this cosine with its surface (1 in media).
+  /// The subpath has met its next vertex, this far away, squared, in unit areas, and under this cosine with
+  /// its surface (1 in media).
   TESSERA_INLINE void arrive(Float distance_squared, Float cosine) {
     const Float slope = power(1.0f / max(cosine, 1e-9f));
     last *= power(distance_squared) * slope;
     rest *= slope;
   }
 
-  /// Sum over these ways, where the other side would sample the vertex with `density` by area (by volume in
-  /// media), and go back from it along the subpath with `back` by solid angle. `merged` is what merging with
-  /// the vertex adds: the power of how many photons it would meet (photon_map/), 0 where there are none.
+  /// Sum over these ways, where the other side would sample the vertex with `density` by unit area (by volume
+  /// in media), and go back from it along the subpath with `back` by solid angle. `merged` is what merging
+  /// with the vertex adds: the power of how many photons it would meet (photon_map/), 0 where there are none.
   TESSERA_INLINE Float ways(Float density, Float back, Float merged) const {
     return power(density) * (fma(power(back), rest, last) + merged);
   }

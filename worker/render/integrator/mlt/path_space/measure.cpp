@@ -99,7 +99,7 @@ PathMeasure::End PathMeasure::end_at(const Vertices& v, const WidePoint& end, Ve
   End result;
   result.slope = cosine_at(vertex, wi) * inverse_square;
   result.sampled = ways.sampled * inverse_square;
-  result.emitted = ways.emitted * result.slope;
+  result.emitted = ways.emitted * UnitArea(scene_.lights).inverse * result.slope;
   result.hit = ways.hit * inverse_square;
   // Intensity has been divided by the squared distance.
   result.light =

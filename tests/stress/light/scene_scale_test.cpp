@@ -1,0 +1,125 @@
+// One scene at many sizes, by every algorithm, with the same random numbers: sizes are powers of two, which
+// floats multiply by without rounding, so that a picture differs only where some quantity is not one of the
+// scene's own size, or leaves the range of floats.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "support/long_form.h"
+#include "support/picture/phases.h"
+#include "support/picture/render_image.h"
+#include "wire/algorithm.h"
+#include "wire/mesh_blob.h"
+
+namespace tessera::test::scene_scale {
+namespace {
+
+/// All digits: StrCat writes six.
+std::string exact(double x) { return absl::StrFormat("%.17g", x); }
+
+/// A square of side 2 at z = 0, facing up.
+std::string square() {
+  wire::MeshData mesh;
+  mesh.positions = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
+  mesh.indices = {0, 1, 2, 0, 2, 3};
+  return wire::encode_mesh(mesh);
+}
+
+/// A row-major matrix with x, y and z of these axes, all times `size`.
+std::string matrix(double size, const double (&axes)[3][3], const double (&place)[3]) {
+  std::string text = "{ elements: [";
+  for (int row = 0; row < 3; ++row) {
+    for (const auto& axis : axes) absl::StrAppend(&text, exact(size * axis[row]), ",");
+    absl::StrAppend(&text, exact(size * place[row]), ",");
+  }
+  return text + "0,0,0,1] }";
+}
+
+/// Square number `i` of a room without ceiling: a floor, a back wall, a wall on the left, a shelf.
+std::string room(double size) {
+  constexpr double kFloor[3][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 1}},
+                   kShelf[3][3] = {{.5, 0, 0}, {0, .5, 0}, {0, 0, 1}},
+                   kBack[3][3] = {{2, 0, 0}, {0, 0, 2}, {0, -1, 0}},
+                   kLeft[3][3] = {{0, -2, 0}, {0, 0, 2}, {-1, 0, 0}},
+                   kLamp[3][3] = {{.5, 0, 0}, {0, -.5, 0}, {0, 0, -1}};
+  const auto shape = [&](const char* material, const auto& axes, const double(&place)[3], const char* more) {
+    return absl::StrCat("shapes { mesh { blob { digest: 'square' } } material: '", material,
+                        "' world_from_object ", matrix(size, axes, place), more, " } ");
+  };
+  return shape("white", kFloor, {0, 0, 0}, "") + shape("white", kBack, {0, 2, 2}, "") +
+         shape("red", kLeft, {-2, 0, 2}, "") + shape("white", kShelf, {0.5, 0.5, 0.75}, "") +
+         shape("white", kLamp, {0, 0, 3}, " area_light { radiance { constant: 4 } }") +
+         "materials { name: 'white' diffuse { reflectance { constant { constant: 0.6 } } } } "
+         "materials { name: 'red' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.2 b: 0.1 } } } } } ";
+}
+
+/// All values of R, G and B; none where the algorithm refuses the scene.
+std::vector<float> picture(const std::string& settings, double size) {
+  // At (0, -6, 1.5), looking along y.
+  constexpr double kAxes[3][3] = {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}};
+  const auto file = load_scene_text(
+      absl::StrCat(room(size), "camera { perspective { fov_degrees: 40 } world_from_camera ",
+                   matrix(1, kAxes, {0, -6 * size, 1.5 * size}),
+                   " } film { width: 16 height: 16 } settings { spp: 4 max_depth: 4 ", settings, " }"),
+      {}, render::supported_isas().front(), {{"square", square()}});
+  if (!file.ok()) {
+    EXPECT_TRUE(absl::IsInvalidArgument(file.status())) << file.status();
+    return {};
+  }
+  const MadePhases made = make_phases(*file);
+  const client::Image image = render_image(*file, 0, made.prepared.get());
+  std::vector<float> values;
+  for (const char* const channel : {"R", "G", "B"}) {
+    const client::Channel* const plane = image.find(channel);
+    if (plane != nullptr) values.insert(values.end(), plane->values.begin(), plane->values.end());
+  }
+  return values;
+}
+
+double mean_of(const std::vector<float>& values) {
+  double sum = 0;
+  for (const float value : values) sum += double{value};
+  return sum / static_cast<double>(values.size());
+}
+
+struct Way {
+  std::string name, settings;
+};
+
+std::vector<Way> ways() {
+  std::vector<Way> all;
+  for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) {
+    const std::string settings = absl::StrCat("integrator: '", algorithm.name, "' ");
+    all.push_back({algorithm.name, settings});
+    if (std::string_view(algorithm.name) == "mlt")
+      all.push_back({"mlt --mutate path", settings + "metropolis { kind: MUTATION_KIND_PATH } "});
+  }
+  return all;
+}
+
+TEST(SceneScale, PicturesAreTheSameFromABillionthToABillion) {
+  const std::vector<int> exponents =
+      long_form() ? std::vector{-30, -27, -20, -10, 10, 20, 27, 30} : std::vector{-30, 27, 30};
+  for (const Way& way : ways()) {
+    SCOPED_TRACE(way.name);
+    const std::vector<float> expected = picture(way.settings, 1);
+    if (expected.empty()) continue;
+    const double mean = mean_of(expected);
+    EXPECT_GT(mean, 0);
+    for (const int exponent : exponents) {
+      // A known limit: it loses light in scenes of 1e-9 (docs/numerics.md).
+      if (exponent < -20 && way.name == "mlt --mutate path") continue;
+      const std::vector<float> found = picture(way.settings, std::ldexp(1.0, exponent));
+      ASSERT_EQ(found.size(), expected.size()) << "2^" << exponent;
+      EXPECT_NEAR(mean_of(found) / mean, 1, 1e-6) << "2^" << exponent;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace tessera::test::scene_scale
