@@ -10,6 +10,8 @@
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
 #include "render/build/light/unseen_light.h"
+#include "render/build/memory/heap_bytes.h"
+#include "render/build/memory/table_members.h"
 #include "render/build/noise_phase.h"
 #include "render/build/scene_content.h"
 #include "render/build/sharing_pilot.h"
@@ -171,26 +173,12 @@ class BuiltScene final : public RenderScene {
   const std::vector<std::string>& material_names() const override { return content_->material_names; }
 
   std::size_t memory_bytes() const override {
-    const ShapeTable& s = tables_.shapes;
-    std::size_t bytes = content_->accelerator->memory_bytes() + sizeof(Vertex) * s.vertices.size() +
-                        4 * s.triangles.size() + sizeof(ShapeRecord) * s.shapes.size() +
-                        sizeof(InstanceRecord) * (s.instances.size() + s.inner.size()) +
-                        sizeof(Affine) * s.motion_steps.size() +
-                        sizeof(LightRecord) * tables_.lights.lights.size();
-    for (const CsgRecord& csg : s.csgs) {
-      for (const CsgMesh& mesh : csg.meshes)
-        bytes += sizeof(double) * mesh.positions.size() + 4 * mesh.triangles.size() + 4 * mesh.order.size() +
-                 sizeof(CsgMesh::Node) * mesh.nodes.size();
-    }
-    for (const Environment& e : tables_.lights.environments) bytes += 4 * e.texels.size();
-    const TextureImage* last = nullptr;
-    for (const TextureNode& node : tables_.textures.nodes) {
-      if (node.image && node.image.get() != last)
-        bytes += 4 * (node.image->texels8.size() + node.image->texels32.size() +
-                      node.image->pyramid.texels16.size() + node.image->pyramid.texels32.size());
-      last = node.image.get();
-    }
-    return bytes;
+    HeapBytes bytes;
+    bytes.add(tables_);
+    bytes.add(content_->shape_numbers);
+    for (const auto* texts : {&content_->warnings, &content_->notes, &content_->material_names})
+      bytes.add(*texts);
+    return content_->accelerator->memory_bytes() + bytes.total();
   }
 
   const void* content() const override { return content_.get(); }
