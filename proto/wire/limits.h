@@ -24,9 +24,6 @@ inline constexpr int kMaxBlobsPerJob = 1 << 18;
 /// Most jobs that one job waits for (JobSpec.Farm.after).
 inline constexpr int kMaxAfter = 64;
 
-/// Largest width and height of a film, pixels.
-inline constexpr std::uint32_t kMaxFilmSize = 65536;
-
 /// Largest side of a tile, pixels.
 inline constexpr std::uint32_t kMaxTileSize = 1024;
 
