@@ -81,6 +81,7 @@ struct LoadedVariant {
 /// With `refusal`, it says why the variant cannot render the scene, and nothing is printed of that.
 std::optional<Failed> load_variant(const RenderOptions& options, const std::string& name,
                                    absl::Status* refusal, LoadedVariant& loaded) {
+  const Interrupt::AtOnce at_once;
   int exit_code = kDone;
   loaded.job = load_job(options, exit_code, refusal);
   if (loaded.job == nullptr) return Failed{exit_code};

@@ -40,7 +40,7 @@ void Interrupt::wait(std::stop_token done) {
     int signal = 0;
     sigwait(&signals, &signal);
     if (done.stop_requested()) return;
-    if (!in_charge_ || stop_.stop_requested()) _exit(kInterrupted);
+    if (!in_charge_ || at_once_ > 0 || stop_.stop_requested()) _exit(kInterrupted);
     stop_.request_stop();
   }
 }

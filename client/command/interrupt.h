@@ -16,9 +16,20 @@ class Interrupt {
 
   std::stop_token token();
 
+  /// While there is one, a signal ends the program at once whoever is in charge: for work that leaves nothing
+  /// behind.
+  class AtOnce {
+   public:
+    AtOnce() { ++Interrupt::at_once_; }
+    ~AtOnce() { --Interrupt::at_once_; }
+    AtOnce(const AtOnce&) = delete;
+    AtOnce& operator=(const AtOnce&) = delete;
+  };
+
  private:
   void wait(std::stop_token done);
 
+  static inline std::atomic<int> at_once_{0};
   std::atomic<bool> in_charge_{false};
   std::stop_source stop_;
   std::jthread thread_;

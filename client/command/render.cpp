@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <iostream>
 #include <memory>
+#include <optional>
 #include <thread>
 #include <vector>
 
@@ -120,7 +121,9 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   ChoiceOptions choice{
       .threads = options.threads, .keeps_scene = true, .stop = [&] { return interrupt.token(); }};
   if (!options.checkpoint.empty()) choice.begun = begun_job(options.checkpoint);
+  std::optional<Interrupt::AtOnce> at_once{std::in_place};
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code, nullptr, &choice);
+  at_once.reset();
   if (loaded == nullptr) return exit_code;
   v1::JobSpec& spec = loaded->job->spec;
   if (!options.checkpoint.empty()) {

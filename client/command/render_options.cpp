@@ -17,6 +17,7 @@
 #include "base/nearest_name.h"
 #include "command/exit_code.h"
 #include "command/gltf_choice.h"
+#include "command/interrupt.h"
 #include "command/own_options.h"
 #include "command/read_option.h"
 #include "command/report/choice_text.h"
@@ -52,12 +53,20 @@ bool is_found_by(v1::ImplicitSurface::Roots roots, const v1::ImplicitSurface& su
   return parsed.ok() && expression::expand(*parsed).has_value();
 }
 
-/// Sets the method of all surfaces for which there is one.
+void set_roots(v1::ImplicitSurface::Roots roots, v1::Shape& shape) {
+  if (shape.has_implicit() && is_found_by(roots, shape.implicit()))
+    shape.mutable_implicit()->set_roots(roots);
+}
+
+/// Sets the method of all surfaces for which there is one, operands of combinations among them.
 void set_roots(v1::ImplicitSurface::Roots roots, v1::Scene& scene) {
   const auto set = [roots](auto& shapes) {
     for (v1::Shape& shape : shapes) {
-      if (shape.has_implicit() && is_found_by(roots, shape.implicit()))
-        shape.mutable_implicit()->set_roots(roots);
+      set_roots(roots, shape);
+      if (!shape.has_csg()) continue;
+      for (v1::Csg::Part& part : *shape.mutable_csg()->mutable_parts()) {
+        if (part.has_solid()) set_roots(roots, *part.mutable_solid());
+      }
     }
   };
   set(*scene.mutable_shapes());
@@ -297,6 +306,7 @@ void set_local_isa(v1::JobSpec& spec) {
 }
 
 absl::StatusOr<std::unique_ptr<BenchScene>> build_scene(LoadedJob& loaded, const RenderOptions& options) {
+  const Interrupt::AtOnce at_once;
   set_local_isa(loaded.job->spec);
   absl::StatusOr<std::unique_ptr<BenchScene>> scene =
       BenchScene::load(loaded.job->spec, loaded.job->blobs, options.threads);

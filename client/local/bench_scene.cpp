@@ -83,7 +83,8 @@ const std::vector<std::string>& BenchScene::warnings() const { return parts_->sc
 
 absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
                                                              const std::vector<const SceneBlob*>& blobs,
-                                                             int threads, render::SharedContents* contents) {
+                                                             int threads, render::SharedContents* contents,
+                                                             std::stop_token stop) {
   const std::chrono::nanoseconds start = base::process_cpu_time();
   const SceneBlobs source(blobs);
   const absl::StatusOr<render::BlobBytes> bytes = source.bytes(spec.content().scene());
@@ -94,7 +95,7 @@ absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& 
   }
   absl::StatusOr<std::unique_ptr<render::RenderScene>> scene =
       render::load_scene(message, spec, [&](const std::string& digest) { return source.bytes(digest); },
-                         {.isa = spec.farm().isa(), .threads = threads, .contents = contents});
+                         {.isa = spec.farm().isa(), .threads = threads, .contents = contents, .stop = stop});
   if (!scene.ok()) return scene.status();
 
   auto parts = std::make_unique<Parts>();
@@ -206,14 +207,14 @@ absl::StatusOr<BenchCeiling> BenchScene::measure_ceiling(std::uint32_t spp, std:
   const absl::StatusOr<BenchPhases> phases = make_phases(0, stop);
   if (!phases.ok()) return phases.status();
   for (render::TileRequest tile : parts_->tiles) {
-    if (stop.stop_requested()) return absl::CancelledError("interrupted");
     tile.sample_end = spp;
     tile.prepared = phases->prepared.get();
-    const render::RenderScene::Ceiling ceiling = parts_->scene->measure_ceiling(tile);
-    total.render_cpu_seconds += ceiling.render_cpu_seconds;
-    total.rays += ceiling.stats.rays();
+    const absl::StatusOr<render::RenderScene::Ceiling> ceiling = parts_->scene->measure_ceiling(tile, stop);
+    if (!ceiling.ok()) return ceiling.status();
+    total.render_cpu_seconds += ceiling->render_cpu_seconds;
+    total.rays += ceiling->stats.rays();
     for (std::size_t kind = 0; kind < total.by_kind.size(); ++kind) {
-      const auto& rays = ceiling.rays[kind];
+      const auto& rays = ceiling->rays[kind];
       BenchRays& sum = total.by_kind[kind];
       sum.count += rays.count, sum.cpu_seconds += rays.cpu_seconds;
       sum.nodes += rays.visits.nodes, sum.primitives += rays.visits.primitives;

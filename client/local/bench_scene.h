@@ -78,10 +78,12 @@ class BenchScene {
  public:
   /// Builds the scene of `spec`, whose ISA must be set, out of these blobs. InvalidArgument names what is
   /// wrong with the scene. With `contents`, it shares there what it has in common with others.
+  /// Cancelled when `stop` is requested.
   static absl::StatusOr<std::unique_ptr<BenchScene>> load(const v1::JobSpec& spec,
                                                           const std::vector<const SceneBlob*>& blobs,
                                                           int threads,
-                                                          render::SharedContents* contents = nullptr);
+                                                          render::SharedContents* contents = nullptr,
+                                                          std::stop_token stop = {});
   ~BenchScene();
 
   double build_cpu_seconds() const { return build_cpu_seconds_; }

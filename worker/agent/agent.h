@@ -43,7 +43,7 @@ struct AgentOptions {
   std::chrono::milliseconds unit_limit{
       0};  // longer than this no unit may take, its scene not counted; 0: any time
   // After a request to stop: how long units may take to finish and results to arrive.
-  std::chrono::milliseconds grace{10'000};
+  std::chrono::milliseconds grace{1000};
   // The last lines of this program's log that concern a job: they go with its units' failures. May be empty.
   std::function<std::vector<std::string>(const std::string& job_id)> recent_log = {};
 };

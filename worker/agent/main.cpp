@@ -42,7 +42,7 @@ struct Options {
   std::string name;
   std::vector<std::string> tags;
   telemetry::LogOptions log{.program = "tessera-worker"};
-  int grace_seconds = 10;
+  int grace_seconds = 1;
   int unit_limit_seconds = 4 * 3600;
   double memory_gigabytes = 0;
   std::string certificates;

@@ -276,7 +276,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
         absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
   }
   absl::StatusOr<std::unique_ptr<render::RenderScene>> built = options_.load_scene(
-      scene, spec, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_});
+      scene, spec, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_, .stop = stop});
   if (!built.ok()) return built.status();
 
   LoadedScene loaded{*std::move(built), seconds_since(start), seconds_since(build_start)};

@@ -35,8 +35,8 @@ class RenderScene {
  public:
   virtual ~RenderScene() = default;
 
-  /// Renders one tile on the calling thread. Cancelled when `stop` is requested (looked at every few
-  /// milliseconds).
+  /// Renders one tile on the calling thread. Cancelled when `stop` is requested (looked at every few dozen
+  /// rays).
   virtual absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
                                                        RenderStats& stats) const = 0;
 
@@ -55,6 +55,7 @@ class RenderScene {
                                             std::span<const std::string_view> blobs) const = 0;
 
   /// Renders like render_tile, recording every ray; then measures how fast those rays alone can be traced.
+  /// Cancelled when `stop` is requested.
   struct Ceiling {
     /// The same rays, traced with no shading, by their kind.
     struct Rays {
@@ -66,7 +67,7 @@ class RenderScene {
     std::array<Rays, kRayKinds> rays;
     RenderStats stats;
   };
-  virtual Ceiling measure_ceiling(const TileRequest& tile) const = 0;
+  virtual absl::StatusOr<Ceiling> measure_ceiling(const TileRequest& tile, std::stop_token stop) const = 0;
 
   /// Figures of the structure that rays are traced through, and the CPU time that it took to build.
   struct Structure {

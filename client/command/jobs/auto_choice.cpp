@@ -84,7 +84,7 @@ class SceneRenderer final : public PilotRenderer {
     v1::PixelRect& crop = *spec.mutable_cut()->mutable_crop();
     crop.set_x0(frame.x0), crop.set_y0(frame.y0), crop.set_x1(frame.x1), crop.set_y1(frame.y1);
     absl::StatusOr<std::unique_ptr<BenchScene>> scene =
-        BenchScene::load(spec, jobs_[candidate]->blobs, threads_, contents_.get());
+        BenchScene::load(spec, jobs_[candidate]->blobs, threads_, contents_.get(), stop_);
     if (!scene.ok()) return scene.status();
     scenes_[candidate] = *std::move(scene);
     frame_ = frame;

@@ -69,7 +69,9 @@ class FakeScene final : public render::RenderScene {
     return "";
   }
   const std::vector<std::string>& material_names() const override { return warnings_; }
-  Ceiling measure_ceiling(const render::TileRequest&) const override { return {}; }
+  absl::StatusOr<Ceiling> measure_ceiling(const render::TileRequest&, std::stop_token) const override {
+    return Ceiling{};
+  }
   const std::vector<std::string>& warnings() const override { return warnings_; }
   std::size_t memory_bytes() const override { return 1; }
 

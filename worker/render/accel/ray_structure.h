@@ -17,6 +17,8 @@ class RayStructure {
   /// A sphere about the centre of the scene's bounds, without half-spaces; zero radius for an empty scene.
   virtual float bounding_radius() const = 0;
   virtual const float* bounding_centre() const = 0;
+  /// How many shadow rays are asked at a time by work that may be stopped.
+  virtual int shadow_rays_at_a_time() const { return 64; }
 };
 
 }  // namespace tessera::render

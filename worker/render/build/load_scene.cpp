@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "base/cpu_time.h"
 #include "render/accel/ray_log.h"
+#include "render/accel/stoppable_query.h"
 #include "render/build/light/unseen_light.h"
 #include "render/build/memory/heap_bytes.h"
 #include "render/build/memory/table_members.h"
@@ -17,6 +18,7 @@
 #include "render/build/sharing_pilot.h"
 #include "render/build/view/layers.h"
 #include "render/build/view/path_mutations.h"
+#include "render/core/stopped.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
 #include "render/film/scatter_tile.h"
@@ -28,6 +30,8 @@
 namespace tessera::render {
 
 namespace {
+
+constexpr char kStopped[] = "stopped while the scene was built";
 
 double thread_cpu_seconds() { return base::in_seconds(base::thread_cpu_time()); }
 
@@ -59,7 +63,7 @@ class BuiltScene final : public RenderScene {
             new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), std::move(known), job));
         if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
         if (options.geometry_read) options.geometry_read();
-        return made_ready(std::move(self), scene, job);
+        return made_ready(std::move(self), scene, job, options.stop);
       }
     }
     auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->accel, kernel->light_sources);
@@ -69,7 +73,7 @@ class BuiltScene final : public RenderScene {
     if (options.contents) options.contents->add(key, *content);
     auto self = std::unique_ptr<BuiltScene>(
         new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), *std::move(content), job));
-    return made_ready(std::move(self), scene, job);
+    return made_ready(std::move(self), scene, job, options.stop);
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -79,7 +83,7 @@ class BuiltScene final : public RenderScene {
     }
     wire::TileResult result = empty_result(tile);
     const bool finished =
-        timed(stats, [&](RenderStats& own) { return fill(result, tile, *content_->rays, stop, own); });
+        timed(stats, [&](RenderStats& own) { return fill(result, tile, rays_until(stop), stop, own); });
     if (!finished) return absl::CancelledError("the tile was stopped");
     return result;
   }
@@ -102,9 +106,9 @@ class BuiltScene final : public RenderScene {
                                         RenderStats& stats) const override {
     if (auto s = check_phase(part.phase); !s.ok()) return s;
     std::string blob;
+    const StoppableQuery rays = rays_until(stop);
     const bool finished = timed(stats, [&](RenderStats& own) {
-      IntegratorContext context{tables_, *content_->rays, tables_.sampler.seed + part.seed_offset, own,
-                                part.prepared};
+      IntegratorContext context{tables_, rays, tables_.sampler.seed + part.seed_offset, own, part.prepared};
       if (part.phase == algorithm_.phases.size()) {
         context.prepared = or_alone(part.prepared);
         return make_noise_pilot(algorithm_, context, part, crop, noise_, scatters(), group_, stop, blob);
@@ -129,28 +133,12 @@ class BuiltScene final : public RenderScene {
     return merged;
   }
 
-  Ceiling measure_ceiling(const TileRequest& tile) const override {
-    Ceiling ceiling;
-    RayLog log;
-    const RecordingQuery recorder(*content_->rays, log);
-    const RayQuery* const asked[] = {&recorder, content_->rays.get()};
-    for (const RayQuery* rays : asked) {
-      wire::TileResult result = empty_result(tile);
-      ceiling.stats = {};
-      const double start = thread_cpu_seconds();
-      fill(result, tile, *rays, {}, ceiling.stats);
-      ceiling.render_cpu_seconds = thread_cpu_seconds() - start;
+  absl::StatusOr<Ceiling> measure_ceiling(const TileRequest& tile, std::stop_token stop) const override {
+    try {
+      return measure_ceiling_until(stop, tile);
+    } catch (const Stopped&) {
+      return absl::CancelledError("the measurement was stopped");
     }
-    ceiling.stats.times = {};  // in ticks
-    for (int kind = 0; kind < kRayKinds; ++kind) {
-      Ceiling::Rays& rays = ceiling.rays[static_cast<std::size_t>(kind)];
-      const RayVisits before = content_->rays->visits();
-      const double start = thread_cpu_seconds();
-      rays.count = replay(*content_->rays, log, static_cast<RayKind>(kind)).rays;
-      rays.cpu_seconds = thread_cpu_seconds() - start;
-      rays.visits = content_->rays->visits() - before;
-    }
-    return ceiling;
   }
 
   Structure structure() const override {
@@ -187,7 +175,9 @@ class BuiltScene final : public RenderScene {
   /// With the job's layers, and what its algorithm prepares without phases.
   static absl::StatusOr<std::unique_ptr<RenderScene>> made_ready(std::unique_ptr<BuiltScene> self,
                                                                  const v1::Scene& scene,
-                                                                 const v1::JobSpec& job) {
+                                                                 const v1::JobSpec& job,
+                                                                 const std::stop_token& stop) {
+    throw_if_stopped(stop);
     if (auto s = check_path_mutations(self->tables_); !s.ok()) return s;
     if (!job.view().layers().empty()) {
       auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
@@ -201,7 +191,7 @@ class BuiltScene final : public RenderScene {
       self->warnings_.push_back(std::move(unseen));
     }
     self->prepare_alone();
-    self->find_group();
+    self->find_group(stop);
     return self;
   }
 
@@ -235,7 +225,7 @@ class BuiltScene final : public RenderScene {
     return absl::StrCat("pixels do not share light: the scene has ", std::string(unshared_because_));
   }
 
-  void find_group() {
+  void find_group(const std::stop_token& stop) {
     unshared_because_ = find_what_shares_nothing();
     if (!unshared_because_.empty()) {
       if (sharing_ > v1::PATH_SHARING_OFF) warnings_.push_back(unshared_message());
@@ -259,7 +249,7 @@ class BuiltScene final : public RenderScene {
         return;
     }
     const SharingPilot pilot =
-        make_sharing_pilot(algorithm_, tables_, *content_->rays, prepared_alone_.get(), scatters(), group_);
+        make_sharing_pilot(algorithm_, tables_, rays_until(stop), prepared_alone_.get(), scatters(), group_);
     if (sharing_ == v1::PATH_SHARING_AUTO && !pilot.pays()) {
       too_little_by_sharing_ = pilot;
       group_ = {};
@@ -278,6 +268,36 @@ class BuiltScene final : public RenderScene {
   /// Returns what the algorithm reads where its phases have made `prepared`, or it has none.
   const Prepared* or_alone(const Prepared* prepared) const {
     return prepared != nullptr ? prepared : prepared_alone_.get();
+  }
+
+  /// The rays of work that may be stopped; `stop` outlives them.
+  StoppableQuery rays_until(const std::stop_token& stop) const {
+    return {*content_->rays, content_->accelerator->shadow_rays_at_a_time(), stop};
+  }
+
+  Ceiling measure_ceiling_until(const std::stop_token& stop, const TileRequest& tile) const {
+    Ceiling ceiling;
+    RayLog log;
+    const StoppableQuery all = rays_until(stop);
+    const RecordingQuery recorder(all, log);
+    const RayQuery* const asked[] = {&recorder, &all};
+    for (const RayQuery* rays : asked) {
+      wire::TileResult result = empty_result(tile);
+      ceiling.stats = {};
+      const double start = thread_cpu_seconds();
+      fill(result, tile, *rays, stop, ceiling.stats);
+      ceiling.render_cpu_seconds = thread_cpu_seconds() - start;
+    }
+    ceiling.stats.times = {};  // in ticks
+    for (int kind = 0; kind < kRayKinds; ++kind) {
+      Ceiling::Rays& rays = ceiling.rays[static_cast<std::size_t>(kind)];
+      const RayVisits before = content_->rays->visits();
+      const double start = thread_cpu_seconds();
+      rays.count = replay(all, log, static_cast<RayKind>(kind)).rays;
+      rays.cpu_seconds = thread_cpu_seconds() - start;
+      rays.visits = content_->rays->visits() - before;
+    }
+    return ceiling;
   }
 
   /// Whether samples go into several pixels.
@@ -300,13 +320,18 @@ class BuiltScene final : public RenderScene {
         absl::StrCat("integrator '", traits_.name, "' has ", phases, " phases, not ", phase + 1));
   }
 
-  /// Returns the result of `work`, and adds its counts to `stats`, with ticks made into CPU time.
+  /// Returns the result of `work`, and adds its counts to `stats`, with ticks made into CPU time. False where
+  /// the work is stopped.
   template <class Work>
   bool timed(RenderStats& stats, Work work) const {
     RenderStats own;
     const std::uint64_t ticks = kernel_.clock_ticks();
     const double start = thread_cpu_seconds();
-    const bool finished = work(own);
+    bool finished = false;
+    try {
+      finished = work(own);
+    } catch (const Stopped&) {
+    }
     // The counter runs on while the thread waits for a processor, evenly over the stages.
     const double cpu_nanoseconds = 1e9 * (thread_cpu_seconds() - start);
     own.times *=
@@ -370,7 +395,15 @@ class BuiltScene final : public RenderScene {
 
 absl::StatusOr<std::unique_ptr<RenderScene>> load_scene(const v1::Scene& scene, const v1::JobSpec& job,
                                                         const BlobSource& blobs, const LoadOptions& options) {
-  return BuiltScene::load(scene, job, blobs, options);
+  const BlobSource until_stopped = [&](const std::string& digest) -> absl::StatusOr<BlobBytes> {
+    if (options.stop.stop_requested()) return absl::CancelledError(kStopped);
+    return blobs(digest);
+  };
+  try {
+    return BuiltScene::load(scene, job, until_stopped, options);
+  } catch (const Stopped&) {
+    return absl::CancelledError(kStopped);
+  }
 }
 
 }  // namespace tessera::render

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <stop_token>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -62,12 +63,14 @@ struct LoadOptions {
   // Who goes over all instances, so that objects within objects are flattened, for messages; empty: only the
   // integrator, where it does.
   std::string lists_instances = "";
+  std::stop_token stop = {};
 };
 
 /// Builds everything that `job` needs of `scene`; what it has in common with a scene that is loaded (all but
 /// the film, the sampler, the depth of paths and, where it stands still, the camera's direction and lens, and
 /// its place if the scene has a render_origin) is shared with that. InvalidArgument names the element that is
 /// at fault ("shape 12 (lamp): material 'x' does not exist"); errors of the blob source pass through.
+/// Cancelled once a stop is requested: within what a pass over all primitives takes.
 absl::StatusOr<std::unique_ptr<RenderScene>> load_scene(const v1::Scene& scene, const v1::JobSpec& job,
                                                         const BlobSource& blobs, const LoadOptions& options);
 

@@ -27,6 +27,7 @@
 #include "render/build/view/layers.h"
 #include "render/build/view/settings.h"
 #include "render/build/view/view.h"
+#include "render/core/stopped.h"
 #include "wire/message_digest.h"
 
 namespace tessera::render {
@@ -41,6 +42,7 @@ struct ArrayBuilders {
   std::vector<std::string>& warnings;
   const TexelFilter unsaid_filter;  // of images
   SharedImages* const shared_images;
+  const std::stop_token stop;
 
   // Builders that ask for a texture mark its images as needed; they are decoded when nothing more asks.
   TextureImages images{shared_images};
@@ -52,7 +54,7 @@ struct ArrayBuilders {
                        algorithm.diffuse_only},
                       arrays.shapes,
                       warnings};
-  InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings};
+  InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings, stop};
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   std::string wants_flat = "";  // plan_nesting()
   LightBuilder lights{{space, blobs, algorithm, textures}, arrays.lights};
@@ -60,9 +62,12 @@ struct ArrayBuilders {
   absl::Status run() {
     if (auto s = textures.build(scene.textures()); !s.ok()) return s;
     if (auto s = media.build(scene.media(), algorithm, warnings); !s.ok()) return s;
+    throw_if_stopped(stop);
     if (auto s = materials.build(scene.materials()); !s.ok()) return s;
+    throw_if_stopped(stop);
     if (algorithm.lists_instances) wants_flat = absl::StrCat("integrator '", algorithm.name, "'");
     if (auto s = instances.build(scene, nesting, wants_flat); !s.ok()) return s;
+    throw_if_stopped(stop);
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
     if (auto s = lights.add_lights(scene.lights()); !s.ok()) return s;
     return check_shapes();
@@ -134,7 +139,7 @@ absl::Status build_embree(const ArrayBuilders& builders, const Settings& setting
   const bool robust =
       wants_robust_intersection(shapes, builders.shapes.names(), settings.intersection, content.warnings);
   auto built = Accelerator::build(shapes, content.arrays.textures, embree.callbacks,
-                                  {options.threads, options.isa, robust});
+                                  {options.threads, options.isa, robust, options.stop});
   if (!built.ok()) return built.status();
   content.rays = embree.make_query((*built)->scene(), shapes, settings.single_rays);
   content.accelerator = *std::move(built);
@@ -143,9 +148,11 @@ absl::Status build_embree(const ArrayBuilders& builders, const Settings& setting
 
 absl::Status build_of_courses(StructureKind kind, const Settings& settings, const LoadOptions& options,
                               const StructureKernel& kernel, SceneContent& content) {
-  auto built = build_structure(
-      kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
-      {.threads = options.threads, .wide = !settings.single_rays, .grid_density = settings.grid_density});
+  auto built = build_structure(kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
+                               {.threads = options.threads,
+                                .wide = !settings.single_rays,
+                                .grid_density = settings.grid_density,
+                                .stop = options.stop});
   if (!built.ok()) return built.status();
   content.rays = kernel.make_query(**built);
   content.accelerator = *std::move(built);
@@ -285,6 +292,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                    .warnings = content->warnings,
                    .unsaid_filter = settings.texture_filter,
                    .shared_images = options.contents == nullptr ? nullptr : &options.contents->images(),
+                   .stop = options.stop,
                    .nesting = settings.nesting,
                    .wants_flat = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
@@ -312,6 +320,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   content.material_names.resize(arrays.materials.materials.size(), "(default)");
   if (settings.algorithm->diffuse_only) {
     const DiffuseSceneNames names{builders.shapes.names(), content.material_names};
+    throw_if_stopped(parts_->options.stop);
     if (auto s = make_diffuse(settings, names, arrays, content.warnings); !s.ok()) return s;
   }
   leave_out_unmet_media(content.tables.camera.medium, arrays);
@@ -321,6 +330,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
 
   if (auto s = build_accelerator(builders, settings, parts_->options, parts_->accel, content); !s.ok())
     return s;
+  throw_if_stopped(parts_->options.stop);
   set_footprint_traits(arrays, content.tables);
   const float* const centre = content.accelerator->bounding_centre();
   const float radius = content.accelerator->bounding_radius();

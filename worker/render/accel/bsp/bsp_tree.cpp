@@ -3,6 +3,7 @@
 #include <array>
 
 #include "render/accel/structure/forks.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -66,12 +67,13 @@ struct Sides {
 
 class BspBuilder {
  public:
-  BspBuilder(const std::vector<Primitive>& primitives, const Box& box, int threads)
+  BspBuilder(const std::vector<Primitive>& primitives, const Box& box, int threads, std::stop_token stop)
       : primitives_(primitives),
         flat_(0x1p-22 * box.largest_coordinate()),
         deepest_(static_cast<int>(
             16 + 1.5 * std::log2(static_cast<double>(std::max<std::size_t>(primitives.size(), 1))))),
-        forks_(threads) {}
+        forks_(threads),
+        stop_(std::move(stop)) {}
 
   std::int32_t grow(std::vector<std::uint32_t> refs, int depth, double budget, BspTree& tree) {
     const auto as_leaf = [&] { return tree.add_leaf(refs, [](std::uint32_t i) { return i; }); };
@@ -121,6 +123,7 @@ class BspBuilder {
   bool choose(const std::vector<std::uint32_t>& refs, Plane& best) const {
     double least = static_cast<double>(refs.size());  // parting has to bring something
     const auto consider = [&](const Plane& plane) {
+      throw_if_stopped(stop_);
       std::size_t below = 0, above = 0;
       for (const std::uint32_t i : refs) {
         const Sides sides = sides_of(plane, primitives_[i]);
@@ -154,18 +157,19 @@ class BspBuilder {
   const double flat_;
   const int deepest_;
   Forks forks_;
+  const std::stop_token stop_;
 };
 
 }  // namespace
 
-BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads) {
+BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads, std::stop_token stop) {
   BspTree tree;
   std::vector<std::uint32_t> refs(primitives.size());
   for (std::size_t i = 0; i < refs.size(); ++i) {
     refs[i] = static_cast<std::uint32_t>(i);
     tree.box.add(box_of(primitives[i]));
   }
-  BspBuilder builder(primitives, tree.box, threads);
+  BspBuilder builder(primitives, tree.box, threads, std::move(stop));
   tree.root = builder.grow(std::move(refs), 0, reference_budget(primitives.size()), tree);
   return tree;
 }

@@ -1,6 +1,8 @@
 // BSP tree with planes that stand freely [Fuchs, Kedem & Naylor 1980; for rays Ize, Wald & Parker 2008].
 #pragma once
 
+#include <stop_token>
+
 #include "render/accel/structure/cell_tree.h"
 
 namespace tessera::render {
@@ -14,6 +16,6 @@ struct BspNode {
 using BspTree = CellTree<BspNode>;
 
 /// The same tree for any number of threads.
-BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads);
+BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
 
 }  // namespace tessera::render

@@ -2,8 +2,11 @@
 // primitives that lie in leaves once each.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <cstring>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "render/accel/structure/figures.h"
@@ -37,13 +40,14 @@ inline constexpr std::size_t kMedianLeaf = 4, kMostInLeaf = 16;
 /// A walk's stack holds one node for each step down.
 inline constexpr int kBvhDepth = 96;
 
-/// Brings the primitives into the order of the leaves. The same tree for any number of threads.
-Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads);
+/// Brings the primitives into the order of the leaves. The same tree for any number of threads. Like all
+/// builders of structures, throws Stopped once a stop is requested.
+Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
 
 Box child_box(const BvhNode& node, int c);
 
 /// Makes `tree.wide` of its nodes.
-void widen(const std::vector<Primitive>& primitives, Bvh& tree);
+void widen(const std::vector<Primitive>& primitives, Bvh& tree, std::stop_token stop = {});
 
 /// One primitive while a tree is built.
 struct BvhRef {
@@ -51,9 +55,55 @@ struct BvhRef {
   std::uint32_t index;
 };
 
+/// A box that is added up four numbers at a time.
+class WideBox {
+ public:
+  void add(const Box& box) {
+    Four low, high;
+    static_assert(sizeof(Box) == 24);  // three lower ends, then three upper ones
+    std::memcpy(&low, box.low, sizeof(low));
+    std::memcpy(&high, box.low + 2, sizeof(high));
+    low_ = low < low_ ? low : low_;
+    high_ = high > high_ ? high : high_;
+  }
+  Box box() const { return {{low_[0], low_[1], low_[2]}, {high_[1], high_[2], high_[3]}}; }
+
+ private:
+  using Four = float __attribute__((vector_size(16)));
+  static constexpr float kFar = Box::kInfinity;
+  // A lane of each holds an end of the other sort.
+  Four low_ = {kFar, kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar, -kFar};
+};
+
 /// The two ways to part a set: brings `refs` into an order whose first so many are the left half; 0 where the
 /// set should be a leaf. `centres` bounds the centres of the boxes, `box` the boxes.
 std::size_t part_at_median(std::span<BvhRef> refs, const Box& centres);
 std::size_t part_by_sah(std::span<BvhRef> refs, const Box& box, const Box& centres);
+
+/// Sets up to this size are swept.
+inline constexpr std::size_t kSweptSize = 64;
+
+/// A small set that is parted down to its leaves by exact sweeps: it is sorted along each axis once, and what
+/// parts keep that order.
+class SweptSet {
+ public:
+  explicit SweptSet(std::span<BvhRef> refs);
+
+  /// Parts `n` from `first` on, of which `box` is the box, where the heuristic finds least cost; the number
+  /// that comes first, or 0 where they should be a leaf.
+  std::size_t part(std::size_t first, std::size_t n, const Box& box);
+  /// The same at the median object.
+  std::size_t halve(std::size_t first, std::size_t n);
+  Box box_of(std::size_t first, std::size_t n) const;
+  /// Brings the refs of a leaf to their place.
+  void put_back(std::size_t first, std::size_t n);
+
+ private:
+  void part_along(std::size_t axis, std::size_t first, std::size_t n, std::size_t left);
+
+  const std::span<BvhRef> refs_;
+  std::array<BvhRef, kSweptSize> copies_;
+  std::array<std::array<std::uint8_t, kSweptSize>, 3> order_;
+};
 
 }  // namespace tessera::render

@@ -1,6 +1,7 @@
 // Parts a set where the surface area heuristic expects least cost: by twelve buckets [Wald2007; Pharr2023,
 // sec. 7.3.2], by an exact sweep over all ways to part the sorted set where it is small.
 #include <array>
+#include <cmath>
 
 #include "render/accel/bvh/bvh.h"
 
@@ -9,69 +10,62 @@ namespace tessera::render {
 namespace {
 
 constexpr int kBuckets = 12;
-/// Sets up to this size are swept.
-constexpr std::size_t kSweptSize = 64;
 
 struct BvhSplit {
   double cost = std::numeric_limits<double>::infinity();  // of the two halves, times the area of the whole
   int axis = -1;
-  std::size_t left = 0;  // primitives on the left; of the buckets, the last one on the left
+  std::size_t left = 0;  // the last bucket on the left
 };
 
-bool less_along(int axis, const BvhRef& a, const BvhRef& b) {
-  const float ca = a.box.centre(axis), cb = b.box.centre(axis);
-  return ca != cb ? ca < cb : a.index < b.index;
-}
-
-BvhSplit sweep(std::span<BvhRef> refs) {
-  BvhSplit best;
-  std::array<double, kSweptSize> right_area;
-  for (int axis = 0; axis < 3; ++axis) {
-    std::ranges::sort(refs, [axis](const BvhRef& a, const BvhRef& b) { return less_along(axis, a, b); });
-    Box box;
-    for (std::size_t i = refs.size() - 1; i > 0; --i) {
-      box.add(refs[i].box);
-      right_area[i] = box.area();
-    }
-    box = {};
-    for (std::size_t i = 1; i < refs.size(); ++i) {
-      box.add(refs[i - 1].box);
-      const double cost =
-          box.area() * static_cast<double>(i) + right_area[i] * static_cast<double>(refs.size() - i);
-      if (cost < best.cost) best = {cost, axis, i};
+/// Numbers of buckets, of places between those of the lowest and of the highest centre.
+class BucketScale {
+ public:
+  explicit BucketScale(const Box& centres) {
+    for (int k = 0; k < 3; ++k) {
+      low_[k] = centres.low[k];
+      const auto scale = static_cast<float>(kBuckets / centres.extent(k));
+      scale_[k] = centres.extent(k) > 0 && std::isfinite(scale) ? scale : 0;
     }
   }
-  return best;
-}
+  bool parts(int axis) const { return scale_[axis] > 0; }
+  std::size_t operator()(const BvhRef& ref, int axis) const {
+    const float place = (ref.box.centre(axis) - low_[axis]) * scale_[axis];
+    return static_cast<std::size_t>(std::min(kBuckets - 1.0f, place));
+  }
 
-std::size_t bucket_of(const BvhRef& ref, const Box& centres, int axis) {
-  const double place = (double{ref.box.centre(axis)} - centres.low[axis]) / centres.extent(axis);
-  return std::min<std::size_t>(kBuckets - 1, static_cast<std::size_t>(kBuckets * place));
-}
+ private:
+  float low_[3], scale_[3];
+};
 
-BvhSplit by_buckets(std::span<const BvhRef> refs, const Box& centres) {
+BvhSplit by_buckets(std::span<const BvhRef> refs, const BucketScale& bucket) {
+  struct Bucket {
+    WideBox box;
+    std::size_t count = 0;
+  };
+  std::array<std::array<Bucket, kBuckets>, 3> buckets;
+  for (const BvhRef& ref : refs) {
+    for (int axis = 0; axis < 3; ++axis) {
+      Bucket& in = buckets[static_cast<std::size_t>(axis)][bucket(ref, axis)];
+      in.box.add(ref.box);
+      ++in.count;
+    }
+  }
   BvhSplit best;
   for (int axis = 0; axis < 3; ++axis) {
-    if (!(centres.extent(axis) > 0)) continue;
-    std::array<Box, kBuckets> boxes;
-    std::array<std::size_t, kBuckets> counts{};
-    for (const BvhRef& ref : refs) {
-      const std::size_t b = bucket_of(ref, centres, axis);
-      boxes[b].add(ref.box);
-      ++counts[b];
-    }
+    if (!bucket.parts(axis)) continue;
+    const auto& along = buckets[static_cast<std::size_t>(axis)];
     std::array<double, kBuckets> right_cost{};
     Box box;
     std::size_t count = 0;
     for (std::size_t b = kBuckets - 1; b > 0; --b) {
-      box.add(boxes[b]);
-      count += counts[b];
+      box.add(along[b].box.box());
+      count += along[b].count;
       right_cost[b] = box.area() * static_cast<double>(count);
     }
     box = {}, count = 0;
     for (std::size_t b = 0; b + 1 < kBuckets; ++b) {
-      box.add(boxes[b]);
-      count += counts[b];
+      box.add(along[b].box.box());
+      count += along[b].count;
       const double cost = box.area() * static_cast<double>(count) + right_cost[b + 1];
       if (count > 0 && count < refs.size() && cost < best.cost) best = {cost, axis, b};
     }
@@ -81,23 +75,99 @@ BvhSplit by_buckets(std::span<const BvhRef> refs, const Box& centres) {
 
 }  // namespace
 
+bool is_worth_parting(std::size_t n, double area, double cost_of_halves) {
+  return n > kMostInLeaf ||
+         kStepCost * area + kTestCost * cost_of_halves < kTestCost * area * static_cast<double>(n);
+}
+
 std::size_t part_by_sah(std::span<BvhRef> refs, const Box& box, const Box& centres) {
-  const bool swept = refs.size() <= kSweptSize;
-  const BvhSplit split = swept ? sweep(refs) : by_buckets(refs, centres);
+  const BucketScale bucket(centres);
+  const BvhSplit split = by_buckets(refs, bucket);
   // Primitives that share one centre are halved by number.
   if (split.axis < 0) return refs.size() <= kMostInLeaf ? 0 : part_at_median(refs, centres);
-  const double area = box.area();
-  const double parted = kStepCost * area + kTestCost * split.cost;
-  if (refs.size() <= kMostInLeaf && parted >= kTestCost * area * static_cast<double>(refs.size())) return 0;
-  if (swept) {
-    std::ranges::nth_element(refs, refs.begin() + static_cast<std::ptrdiff_t>(split.left),
-                             [&](const BvhRef& a, const BvhRef& b) { return less_along(split.axis, a, b); });
-    return split.left;
-  }
-  const auto right = std::stable_partition(refs.begin(), refs.end(), [&](const BvhRef& ref) {
-    return bucket_of(ref, centres, split.axis) <= split.left;
-  });
+  if (!is_worth_parting(refs.size(), box.area(), split.cost)) return 0;
+  const auto right = std::partition(refs.begin(), refs.end(),
+                                    [&](const BvhRef& ref) { return bucket(ref, split.axis) <= split.left; });
   return static_cast<std::size_t>(right - refs.begin());
+}
+
+SweptSet::SweptSet(std::span<BvhRef> refs) : refs_(refs) {
+  std::ranges::copy(refs, copies_.begin());
+  struct Place {
+    float centre;
+    std::uint32_t index;
+    std::uint8_t ref;
+  };
+  std::array<Place, kSweptSize> places;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < refs.size(); ++i) {
+      places[i] = {refs[i].box.centre(static_cast<int>(axis)), refs[i].index, static_cast<std::uint8_t>(i)};
+    }
+    std::sort(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(refs.size()),
+              [](const Place& a, const Place& b) {
+                return a.centre != b.centre ? a.centre < b.centre : a.index < b.index;
+              });
+    for (std::size_t i = 0; i < refs.size(); ++i) order_[axis][i] = places[i].ref;
+  }
+}
+
+Box SweptSet::box_of(std::size_t first, std::size_t n) const {
+  WideBox box;
+  for (std::size_t i = first; i < first + n; ++i) box.add(copies_[order_[0][i]].box);
+  return box.box();
+}
+
+std::size_t SweptSet::part(std::size_t first, std::size_t n, const Box& box) {
+  double least = std::numeric_limits<double>::infinity();
+  std::size_t axis = 0, left_count = 0;
+  std::array<double, kSweptSize> right_area;
+  for (std::size_t a = 0; a < 3; ++a) {
+    const std::uint8_t* const order = order_[a].data() + first;
+    WideBox right;
+    for (std::size_t i = n - 1; i > 0; --i) {
+      right.add(copies_[order[i]].box);
+      right_area[i] = right.box().area();
+    }
+    WideBox left;
+    for (std::size_t i = 1; i < n; ++i) {
+      left.add(copies_[order[i - 1]].box);
+      const double cost =
+          left.box().area() * static_cast<double>(i) + right_area[i] * static_cast<double>(n - i);
+      if (cost < least) least = cost, axis = a, left_count = i;
+    }
+  }
+  if (left_count == 0 || !is_worth_parting(n, box.area(), least)) return 0;
+  part_along(axis, first, n, left_count);
+  return left_count;
+}
+
+std::size_t SweptSet::halve(std::size_t first, std::size_t n) {
+  Box centres;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    centres.low[axis] = copies_[order_[axis][first]].box.centre(static_cast<int>(axis));
+    centres.high[axis] = copies_[order_[axis][first + n - 1]].box.centre(static_cast<int>(axis));
+  }
+  part_along(static_cast<std::size_t>(centres.longest_axis()), first, n, n / 2);
+  return n / 2;
+}
+
+void SweptSet::part_along(std::size_t axis, std::size_t first, std::size_t n, std::size_t left) {
+  std::array<bool, kSweptSize> is_left{};
+  for (std::size_t i = first; i < first + left; ++i) is_left[order_[axis][i]] = true;
+  for (std::size_t a = 0; a < 3; ++a) {
+    if (a == axis) continue;
+    std::array<std::uint8_t, kSweptSize> rest;
+    std::size_t kept = first, others = 0;
+    for (std::size_t i = first; i < first + n; ++i) {
+      const std::uint8_t ref = order_[a][i];
+      (is_left[ref] ? order_[a][kept++] : rest[others++]) = ref;
+    }
+    std::copy_n(rest.begin(), others, order_[a].begin() + static_cast<std::ptrdiff_t>(kept));
+  }
+}
+
+void SweptSet::put_back(std::size_t first, std::size_t n) {
+  for (std::size_t i = first; i < first + n; ++i) refs_[i] = copies_[order_[0][i]];
 }
 
 }  // namespace tessera::render

@@ -2,14 +2,16 @@
 #include <numeric>
 
 #include "render/accel/bvh/bvh.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
-void widen(const std::vector<Primitive>& primitives, Bvh& tree) {
+void widen(const std::vector<Primitive>& primitives, Bvh& tree, std::stop_token stop) {
   std::vector<BinaryNode> nodes(std::min<std::size_t>(tree.nodes.size(), 1));
   // Each node is known by its place in `nodes`; those of its children follow when its turn comes.
   std::vector<std::int32_t> origins{0};
   for (std::size_t i = 0; i < nodes.size(); ++i) {
+    throw_if_stopped(stop, i);
     if (origins[i] < 0) continue;
     const BvhNode& from = tree.nodes[static_cast<std::size_t>(origins[i])];
     for (int c = 0; c < 2; ++c) {
@@ -26,7 +28,7 @@ void widen(const std::vector<Primitive>& primitives, Bvh& tree) {
   }
   std::vector<std::uint32_t> items(primitives.size());
   std::iota(items.begin(), items.end(), 0u);
-  tree.wide = fold(std::move(nodes), items, primitives);
+  tree.wide = fold(std::move(nodes), items, primitives, std::move(stop));
   tree.figures.bytes += tree.wide.bytes();
 }
 

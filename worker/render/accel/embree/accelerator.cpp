@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/accel/embree/curve_geometry.h"
 #include "render/accel/structure/primitive_list.h"
+#include "render/core/stopped.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
@@ -16,6 +17,9 @@ bool count_memory(void* counter, ssize_t bytes, bool) {
   static_cast<std::atomic<std::int64_t>*>(counter)->fetch_add(bytes);
   return true;
 }
+
+/// Embree's progress monitor: false ends the build.
+bool goes_on(void* stop, double) { return !static_cast<const std::stop_token*>(stop)->stop_requested(); }
 
 /// Bounds function of an InnerGeometry.
 void bound_inner(const RTCBoundsFunctionArguments* args) {
@@ -57,6 +61,7 @@ absl::Status Accelerator::status(const std::string& what) const {
   if (error == RTC_ERROR_NONE) return absl::OkStatus();
   if (error == RTC_ERROR_OUT_OF_MEMORY)
     return absl::ResourceExhaustedError(absl::StrCat(what, ": out of memory"));
+  if (error == RTC_ERROR_CANCELLED) throw Stopped();
   return absl::InternalError(absl::StrCat(what, ": Embree error ", static_cast<int>(error)));
 }
 
@@ -64,6 +69,7 @@ RTCScene Accelerator::new_scene(const BuildOptions& options) const {
   RTCScene scene = rtcNewScene(device_);
   rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
   rtcSetSceneFlags(scene, options.robust ? RTC_SCENE_FLAG_ROBUST : RTC_SCENE_FLAG_NONE);
+  rtcSetSceneProgressMonitorFunction(scene, goes_on, const_cast<std::stop_token*>(&options.stop));
   return scene;
 }
 
@@ -147,6 +153,7 @@ absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable
                                                                 const TextureTable& textures,
                                                                 const GeometryCallbacks& callbacks,
                                                                 const BuildOptions& options) {
+  throw_if_stopped(options.stop);
   std::unique_ptr<Accelerator> self(new Accelerator);
   const std::string isa =
       options.isa.empty() || options.isa == "neon" ? "" : absl::StrCat(",isa=", options.isa);
@@ -155,6 +162,7 @@ absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable
   rtcSetDeviceMemoryMonitorFunction(self->device_, count_memory, &self->memory_bytes_);
 
   for (const ObjectRange& object : shapes.objects) {
+    throw_if_stopped(options.stop);
     RTCScene scene = self->objects_.emplace_back(self->new_scene(options));
     for (std::int32_t i = 0; i < object.shape_count; ++i) {
       self->attach_shape(scene, object.first_shape + i, shapes, textures, callbacks);
@@ -167,10 +175,12 @@ absl::StatusOr<std::unique_ptr<Accelerator>> Accelerator::build(const ShapeTable
   // Shapes without an end come after the bounds of all others.
   const auto attach = [&](bool unbounded) {
     for (std::int32_t i = 0; i < shapes.world_shape_count; ++i) {
+      throw_if_stopped(options.stop, static_cast<std::size_t>(i));
       if (is_unbounded(shapes.shapes[static_cast<std::size_t>(i)]) == unbounded)
         self->attach_shape(self->world_, i, shapes, textures, callbacks);
     }
     for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
+      throw_if_stopped(options.stop, i);
       if (is_unbounded(shapes, shapes.instances[i]) == unbounded)
         self->attach_instance(static_cast<std::int32_t>(i), shapes);
     }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <deque>
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,7 @@ struct BuildOptions {
   std::string
       isa;  // Embree traverses with the same ISA as the kernels, so that bits do not depend on the CPU
   bool robust = false;  // watertight at edges, 11-23 % slower (measured, docs/architecture.md)
+  std::stop_token stop = {};
 };
 
 /// "3.13.5", of the library that is loaded, whatever this was compiled with.
@@ -39,7 +41,7 @@ class Accelerator final : public RayStructure {
   Accelerator& operator=(const Accelerator&) = delete;
 
   /// The tables must outlive the result: Embree reads vertices in place. Internal when Embree fails, for
-  /// example for want of memory.
+  /// example for want of memory. Throws Stopped once a stop is requested.
   static absl::StatusOr<std::unique_ptr<Accelerator>> build(const ShapeTable& shapes,
                                                             const TextureTable& textures,
                                                             const GeometryCallbacks& callbacks,
@@ -50,6 +52,8 @@ class Accelerator final : public RayStructure {
   std::size_t memory_bytes() const override { return static_cast<std::size_t>(memory_bytes_.load()); }
   float bounding_radius() const override { return bounding_radius_; }
   const float* bounding_centre() const override { return bounding_centre_; }
+  /// As many as Embree sorts by direction as one stream.
+  int shadow_rays_at_a_time() const override { return 1024; }
 
  private:
   Accelerator() = default;

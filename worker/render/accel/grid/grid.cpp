@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_format.h"
 #include "render/accel/structure/clip.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -63,8 +64,9 @@ class PlaneTest {
 
 /// Every cell that the primitives from `first` to `last` reach into, in their order.
 void list_items(const Grid& grid, const std::vector<Primitive>& primitives, std::size_t first,
-                std::size_t last, std::vector<GridItem>& items) {
+                std::size_t last, const std::stop_token& stop, std::vector<GridItem>& items) {
   for (std::size_t i = first; i < last; ++i) {
+    throw_if_stopped(stop);
     const Box box = box_of(primitives[i]);
     const PlaneTest plane(primitives[i]);
     CellRange range[3];
@@ -72,6 +74,7 @@ void list_items(const Grid& grid, const std::vector<Primitive>& primitives, std:
     const bool one =
         range[0].first == range[0].last && range[1].first == range[1].last && range[2].first == range[2].last;
     for (std::int32_t z = range[2].first; z <= range[2].last; ++z) {
+      throw_if_stopped(stop);
       for (std::int32_t y = range[1].first; y <= range[1].last; ++y) {
         for (std::int32_t x = range[0].first; x <= range[0].last; ++x) {
           if (!one) {
@@ -151,7 +154,8 @@ void measure(std::size_t primitives, Grid& grid) {
 
 }  // namespace
 
-absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double density, int threads) {
+absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double density, int threads,
+                                std::stop_token stop) {
   Grid grid;
   if (primitives.empty()) return grid;
   for (const Primitive& primitive : primitives) grid.box.add(box_of(primitive));
@@ -164,11 +168,13 @@ absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double
   std::vector<std::future<void>> listed;
   for (std::size_t p = 0; p < parts; ++p) {
     listed.push_back(std::async(p + 1 < parts ? std::launch::async : std::launch::deferred, [&, p] {
-      list_items(grid, primitives, p * primitives.size() / parts, (p + 1) * primitives.size() / parts,
+      list_items(grid, primitives, p * primitives.size() / parts, (p + 1) * primitives.size() / parts, stop,
                  items[p]);
     }));
   }
   for (std::future<void>& part : listed) part.get();
+
+  throw_if_stopped(stop);
 
   // Counting sort by cell.
   const std::size_t cells = grid.cell(0, 0, grid.size[2]);

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -38,6 +39,7 @@ inline constexpr double kMostGridCells = 0x1p28;
 inline constexpr double kGridItems = 64, kLeastGridItems = 0x1p20;
 
 /// ResourceExhausted, with both numbers, for more cells than that. The same grid for any number of threads.
-absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double density, int threads);
+absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double density, int threads,
+                                std::stop_token stop = {});
 
 }  // namespace tessera::render

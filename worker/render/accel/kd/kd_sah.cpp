@@ -1,5 +1,9 @@
 // The plane of least expected cost among all where a primitive's part begins or ends [Wald2006]: between two
 // of those, cost has no minimum. A plane that cuts off empty space costs a fifth less.
+#include <array>
+#include <bit>
+#include <utility>
+
 #include "render/accel/kd/kd_tree.h"
 
 namespace tessera::render {
@@ -8,8 +12,37 @@ namespace {
 
 constexpr double kEmptyBonus = 0.8;
 
+/// Sorts in a time in proportion to their number, so that all cells of a level take no longer than all
+/// primitives do: by digits of eleven bits, from the last to the first.
+void sort_places(std::vector<float>& places, std::vector<std::uint32_t>& keys,
+                 std::vector<std::uint32_t>& other) {
+  constexpr std::size_t kFew = 512;  // std::sort is as fast below
+  if (places.size() < kFew) {
+    std::ranges::sort(places);
+    return;
+  }
+  constexpr std::uint32_t kDigit = 2048, kSign = 0x80000000u;
+  keys.resize(places.size()), other.resize(places.size());
+  std::array<std::array<std::uint32_t, kDigit>, 3> firsts{};
+  for (std::size_t i = 0; i < places.size(); ++i) {
+    // Bits of floats are in order once those of negative ones are turned over. -0 is 0.
+    const auto bits = std::bit_cast<std::uint32_t>(places[i] + 0.0f);
+    const std::uint32_t key = keys[i] = (bits & kSign) != 0 ? ~bits : bits | kSign;
+    for (std::size_t d = 0; d < 3; ++d) ++firsts[d][key >> (11 * d) & (kDigit - 1)];
+  }
+  for (std::size_t d = 0; d < 3; ++d) {
+    std::uint32_t sum = 0;
+    for (std::uint32_t& first : firsts[d]) sum += std::exchange(first, sum);
+    for (const std::uint32_t key : keys) other[firsts[d][key >> (11 * d) & (kDigit - 1)]++] = key;
+    keys.swap(other);
+  }
+  for (std::size_t i = 0; i < places.size(); ++i)
+    places[i] = std::bit_cast<float>((keys[i] & kSign) != 0 ? keys[i] & ~kSign : ~keys[i]);
+}
+
 /// Places along one axis, sorted.
-struct KdEvents {
+class KdEvents {
+ public:
   std::vector<float> begins, ends, flats;  // of parts with extent; of those without
 
   void gather(const std::vector<KdRef>& refs, int axis) {
@@ -23,8 +56,11 @@ struct KdEvents {
         ends.push_back(high);
       }
     }
-    for (std::vector<float>* places : {&begins, &ends, &flats}) std::ranges::sort(*places);
+    for (std::vector<float>* places : {&begins, &ends, &flats}) sort_places(*places, keys_, other_);
   }
+
+ private:
+  std::vector<std::uint32_t> keys_, other_;
 };
 
 /// Cost of a cell that is parted, as a random line that meets it would pay it.

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "render/accel/structure/clip.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -12,14 +13,19 @@ constexpr std::size_t kSmallLeaf = 2;
 
 class KdBuilder {
  public:
-  KdBuilder(KdRule rule, const std::vector<Primitive>& primitives, int threads)
-      : rule_(rule), primitives_(primitives), deepest_(kd_depth(primitives.size())), forks_(threads) {}
+  KdBuilder(KdRule rule, const std::vector<Primitive>& primitives, int threads, std::stop_token stop)
+      : rule_(rule),
+        primitives_(primitives),
+        deepest_(kd_depth(primitives.size())),
+        forks_(threads),
+        stop_(std::move(stop)) {}
 
   /// `bad` counts the splits on the way here that cost more than they brought: one may lead to better ones,
   /// but after three of them a branch ends [Pharr2016, sec. 4.4.2].
   std::int32_t grow(std::vector<KdRef> refs, const Box& cell, int depth, int bad, double budget,
                     KdTree& tree) {
     constexpr int kMostBad = 3;
+    throw_if_stopped(stop_);
     if (refs.size() <= kSmallLeaf || depth >= deepest_) return leaf(refs, tree);
     const KdSplit split =
         rule_ == KdRule::kMedian ? split_at_median(refs, cell, depth) : split_by_sah(refs, cell);
@@ -75,6 +81,7 @@ class KdBuilder {
   void part(const std::vector<KdRef>& refs, const KdSplit& split, const Box (&cells)[2],
             std::vector<KdRef> (&parts)[2]) const {
     for (const KdRef& ref : refs) {
+      throw_if_stopped(stop_);
       const float low = ref.part.low[split.axis], high = ref.part.high[split.axis];
       const bool flat = low == high && low == split.place;
       const bool below = flat ? split.flat_below : low < split.place;
@@ -94,6 +101,7 @@ class KdBuilder {
   const std::vector<Primitive>& primitives_;
   const int deepest_;
   Forks forks_;
+  const std::stop_token stop_;
 };
 
 double cost_below(const KdTree& tree, std::int32_t child, const Box& cell) {
@@ -116,7 +124,8 @@ double kd_sah_cost(const KdTree& tree) {
   return area > 0 ? cost_below(tree, tree.root, tree.box) / area : 0;
 }
 
-KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int threads) {
+KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int threads,
+                     std::stop_token stop) {
   KdTree tree;
   std::vector<KdRef> refs;
   refs.reserve(primitives.size());
@@ -124,7 +133,7 @@ KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int 
     refs.push_back({box_of(primitives[i]), static_cast<std::uint32_t>(i)});
     tree.box.add(refs.back().part);
   }
-  KdBuilder builder(rule, primitives, threads);
+  KdBuilder builder(rule, primitives, threads, std::move(stop));
   tree.root = builder.grow(std::move(refs), tree.box, 0, 0, reference_budget(primitives.size()), tree);
   return tree;
 }

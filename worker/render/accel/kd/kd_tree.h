@@ -2,6 +2,8 @@
 // every cell that it reaches into.
 #pragma once
 
+#include <stop_token>
+
 #include "render/accel/structure/cell_tree.h"
 #include "render/accel/structure/forks.h"
 #include "render/accel/wide/wide_tree.h"
@@ -45,10 +47,11 @@ KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell);
 int kd_depth(std::size_t n);
 
 /// The same tree for any number of threads.
-KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int threads);
+KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int threads,
+                     std::stop_token stop = {});
 
 /// Makes `tree.wide` of its nodes.
-void widen(const std::vector<Primitive>& primitives, KdTree& tree);
+void widen(const std::vector<Primitive>& primitives, KdTree& tree, std::stop_token stop = {});
 
 /// Expected cost of a ray that meets the tree's box.
 double kd_sah_cost(const KdTree& tree);

@@ -1,6 +1,7 @@
 // A kd-tree as fold() takes it: cells with something in them, no larger than the parts of what is in them.
 #include "render/accel/kd/kd_tree.h"
 #include "render/accel/structure/clip.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -8,10 +9,11 @@ namespace {
 
 class KdUnfolded {
  public:
-  KdUnfolded(const KdTree& tree, const std::vector<Primitive>& primitives)
-      : tree_(tree), primitives_(primitives) {}
+  KdUnfolded(const KdTree& tree, const std::vector<Primitive>& primitives, const std::stop_token& stop)
+      : tree_(tree), primitives_(primitives), stop_(stop) {}
 
   std::int32_t add(std::int32_t at, const Box& cell) {
+    throw_if_stopped(stop_);
     const auto self = static_cast<std::int32_t>(nodes.size());
     nodes.emplace_back();
     if (at < 0) {
@@ -41,14 +43,15 @@ class KdUnfolded {
  private:
   const KdTree& tree_;
   const std::vector<Primitive>& primitives_;
+  const std::stop_token& stop_;
 };
 
 }  // namespace
 
-void widen(const std::vector<Primitive>& primitives, KdTree& tree) {
-  KdUnfolded unfolded(tree, primitives);
+void widen(const std::vector<Primitive>& primitives, KdTree& tree, std::stop_token stop) {
+  KdUnfolded unfolded(tree, primitives, stop);
   unfolded.add(tree.root, tree.box);
-  tree.wide = fold(std::move(unfolded.nodes), tree.items, primitives);
+  tree.wide = fold(std::move(unfolded.nodes), tree.items, primitives, stop);
 }
 
 }  // namespace tessera::render

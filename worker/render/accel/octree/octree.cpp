@@ -4,6 +4,7 @@
 
 #include "render/accel/structure/clip.h"
 #include "render/accel/structure/forks.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -17,8 +18,8 @@ constexpr double kWorthwhile = 3;
 
 class OctreeBuilder {
  public:
-  OctreeBuilder(const std::vector<Primitive>& primitives, int threads)
-      : primitives_(primitives), forks_(threads) {}
+  OctreeBuilder(const std::vector<Primitive>& primitives, int threads, std::stop_token stop)
+      : primitives_(primitives), forks_(threads), stop_(std::move(stop)) {}
 
   std::int32_t grow(std::vector<std::uint32_t> refs, const Box& cell, int depth, double budget,
                     Octree& tree) {
@@ -32,6 +33,7 @@ class OctreeBuilder {
       cells[c] = cell;
       for (std::size_t k = 0; k < 3; ++k) (c >> k & 1 ? cells[c].low : cells[c].high)[k] = centre[k];
       for (const std::uint32_t i : refs) {
+        throw_if_stopped(stop_);
         if (!part_within(primitives_[i], cells[c]).empty()) parts[c].push_back(i);
       }
       all += parts[c].size(), most = std::max(most, parts[c].size());
@@ -70,18 +72,19 @@ class OctreeBuilder {
  private:
   const std::vector<Primitive>& primitives_;
   Forks forks_;
+  const std::stop_token stop_;
 };
 
 }  // namespace
 
-Octree build_octree(const std::vector<Primitive>& primitives, int threads) {
+Octree build_octree(const std::vector<Primitive>& primitives, int threads, std::stop_token stop) {
   Octree tree;
   std::vector<std::uint32_t> refs(primitives.size());
   for (std::size_t i = 0; i < refs.size(); ++i) {
     refs[i] = static_cast<std::uint32_t>(i);
     tree.box.add(box_of(primitives[i]));
   }
-  OctreeBuilder builder(primitives, threads);
+  OctreeBuilder builder(primitives, threads, std::move(stop));
   tree.root = builder.grow(std::move(refs), tree.box, 0, reference_budget(primitives.size()), tree);
   return tree;
 }

@@ -1,6 +1,8 @@
 // Octree [Glassner 1984]: cells are halved along all three axes at once.
 #pragma once
 
+#include <stop_token>
+
 #include "render/accel/structure/cell_tree.h"
 
 namespace tessera::render {
@@ -13,6 +15,6 @@ struct OctreeNode {
 using Octree = CellTree<OctreeNode>;
 
 /// The same tree for any number of threads.
-Octree build_octree(const std::vector<Primitive>& primitives, int threads);
+Octree build_octree(const std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
 
 }  // namespace tessera::render

@@ -1,6 +1,7 @@
 #include "render/accel/sphere_tree/sphere_tree.h"
 
 #include "render/accel/bvh/bvh.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -29,12 +30,14 @@ double farthest(const Primitive& primitive, const float* centre) {
 
 class SphereTreeBuilder {
  public:
-  SphereTreeBuilder(const Bvh& boxes, const std::vector<Primitive>& primitives, SphereTree& tree)
-      : boxes_(boxes), primitives_(primitives), tree_(tree) {}
+  SphereTreeBuilder(const Bvh& boxes, const std::vector<Primitive>& primitives, SphereTree& tree,
+                    std::stop_token stop)
+      : boxes_(boxes), primitives_(primitives), tree_(tree), stop_(std::move(stop)) {}
 
   /// The spheres of [first, first + n), parted as the tree of boxes parts them; `node` of that is negative
   /// for a leaf.
   std::int32_t grow(std::int32_t node, std::size_t first, std::size_t n, std::int32_t depth) {
+    throw_if_stopped(stop_);
     const auto self = static_cast<std::int32_t>(tree_.nodes.size());
     tree_.nodes.push_back(around(first, n));
     StructureFigures& f = tree_.figures;
@@ -78,16 +81,17 @@ class SphereTreeBuilder {
   const Bvh& boxes_;
   const std::vector<Primitive>& primitives_;
   SphereTree& tree_;
+  const std::stop_token stop_;
 };
 
 }  // namespace
 
-SphereTree build_sphere_tree(std::vector<Primitive>& primitives, int threads) {
+SphereTree build_sphere_tree(std::vector<Primitive>& primitives, int threads, std::stop_token stop) {
   SphereTree tree;
   if (primitives.empty()) return tree;
-  const Bvh boxes = build_bvh(BvhRule::kMedian, primitives, threads);
+  const Bvh boxes = build_bvh(BvhRule::kMedian, primitives, threads, stop);
   tree.nodes.reserve(2 * boxes.nodes.size() + 1);
-  SphereTreeBuilder(boxes, primitives, tree).grow(0, 0, primitives.size(), 0);
+  SphereTreeBuilder(boxes, primitives, tree, std::move(stop)).grow(0, 0, primitives.size(), 0);
   tree.figures.references = primitives.size();
   tree.figures.bytes = tree.nodes.size() * sizeof(SphereNode);
   return tree;

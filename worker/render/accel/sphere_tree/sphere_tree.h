@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <vector>
 
 #include "render/accel/structure/figures.h"
@@ -22,6 +23,6 @@ struct SphereTree {
 };
 
 /// Brings the primitives into the order of the leaves. Halves at the median object, as the BVH does.
-SphereTree build_sphere_tree(std::vector<Primitive>& primitives, int threads);
+SphereTree build_sphere_tree(std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
 
 }  // namespace tessera::render

@@ -1,6 +1,7 @@
 #include "render/accel/structure/primitive_list.h"
 
 #include "absl/strings/str_cat.h"
+#include "render/core/stopped.h"
 #include "render/shape/exact_affine.h"
 #include "render/shape/shape_table.h"
 
@@ -29,8 +30,9 @@ bool has_normal(const float (&corners)[3][3]) {
 }
 
 void add_triangles(const ShapeTable& table, const ShapeRecord& shape, std::int32_t index,
-                   std::vector<Primitive>& list) {
+                   std::vector<Primitive>& list, const std::stop_token& stop) {
   for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
+    throw_if_stopped(stop, static_cast<std::size_t>(t));
     const std::uint32_t* const row =
         table.triangles.data() +
         3 * (static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(t));
@@ -79,19 +81,22 @@ Box moved_box(const ExactAffine& a, const Box& box) {
 }  // namespace
 
 absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic,
-                            std::vector<Primitive>& list) {
+                            std::vector<Primitive>& list, const std::stop_token& stop) {
+  throw_if_stopped(stop);
   const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
   if (record.kind == ShapeKind::kCurves) {
     return absl::InvalidArgumentError(absl::StrCat("curves (shape ", record.number,
                                                    " of the scene) are met by accelerator 'embree' alone"));
   }
   if (record.kind == ShapeKind::kTriangles) {
-    add_triangles(table, record, shape, list);
+    add_triangles(table, record, shape, list, stop);
     return absl::OkStatus();
   }
   const std::int32_t count = analytic.count(table, shape);
-  for (std::int32_t p = 0; p < count; ++p)
+  for (std::int32_t p = 0; p < count; ++p) {
+    throw_if_stopped(stop);
     add_boxed(PrimitiveKind::kAnalytic, shape, p, analytic.bounds(table, shape, p), list);
+  }
   return absl::OkStatus();
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -23,7 +24,7 @@ struct AnalyticBounds {
 /// Adds what rays may meet of a shape: triangles with finite corners and an area, and analytic shapes with
 /// finite bounds. InvalidArgument, with the shape's number, for curves.
 absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic,
-                            std::vector<Primitive>& list);
+                            std::vector<Primitive>& list, const std::stop_token& stop = {});
 
 /// Where an instance has an object whose primitives lie in `object`, for all times together; empty where that
 /// is.

@@ -3,6 +3,7 @@
 #include <exception>
 
 #include "absl/strings/str_cat.h"
+#include "render/core/stopped.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
@@ -22,20 +23,25 @@ absl::Status build_tree(StructureKind, const StructureOptions&, std::vector<Prim
 absl::Status build_tree(StructureKind kind, const StructureOptions& options,
                         std::vector<Primitive>& primitives, Bvh& tree) {
   tree = build_bvh(kind == StructureKind::kBvhSah ? BvhRule::kSah : BvhRule::kMedian, primitives,
-                   options.threads);
-  if (options.wide) widen(primitives, tree);
+                   options.threads, options.stop);
+  if (!options.wide) return absl::OkStatus();
+  widen(primitives, tree, options.stop);
+  if (tree.wide.nodes.empty()) return absl::OkStatus();
+  // The folded tree is walked alone.
+  tree.figures.bytes -= tree.nodes.size() * sizeof(BvhNode);
+  tree.nodes = {};
   return absl::OkStatus();
 }
 
 absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
                         SphereTree& tree) {
-  tree = build_sphere_tree(primitives, options.threads);
+  tree = build_sphere_tree(primitives, options.threads, options.stop);
   return absl::OkStatus();
 }
 
 absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
                         Grid& tree) {
-  absl::StatusOr<Grid> grid = build_grid(primitives, options.grid_density, options.threads);
+  absl::StatusOr<Grid> grid = build_grid(primitives, options.grid_density, options.threads, options.stop);
   if (!grid.ok()) return grid.status();
   tree = *std::move(grid);
   return absl::OkStatus();
@@ -43,21 +49,21 @@ absl::Status build_tree(StructureKind, const StructureOptions& options, std::vec
 
 absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
                         Octree& tree) {
-  tree = build_octree(primitives, options.threads);
+  tree = build_octree(primitives, options.threads, options.stop);
   return absl::OkStatus();
 }
 
 absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
                         BspTree& tree) {
-  tree = build_bsp_tree(primitives, options.threads);
+  tree = build_bsp_tree(primitives, options.threads, options.stop);
   return absl::OkStatus();
 }
 
 absl::Status build_tree(StructureKind kind, const StructureOptions& options,
                         std::vector<Primitive>& primitives, KdTree& tree) {
   tree = build_kd_tree(kind == StructureKind::kKdSah ? KdRule::kSah : KdRule::kMedian, primitives,
-                       options.threads);
-  if (options.wide) widen(primitives, tree);
+                       options.threads, options.stop);
+  if (options.wide) widen(primitives, tree, options.stop);
   return absl::OkStatus();
 }
 
@@ -101,7 +107,8 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const ObjectRange& range = shapes_.objects[i];
     for (std::int32_t s = 0; s < range.shape_count; ++s) {
-      if (auto status = add_primitives(shapes_, range.first_shape + s, analytic, objects_[i].primitives);
+      if (auto status =
+              add_primitives(shapes_, range.first_shape + s, analytic, objects_[i].primitives, options.stop);
           !status.ok())
         return status;
     }
@@ -116,10 +123,12 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
   for (const InstanceRecord& inner : shapes_.inner)
     inner_from_holder_.push_back(inverse(exact(inner.render_from_instance)));
   for (std::int32_t s = 0; s < shapes_.world_shape_count; ++s) {
-    if (auto status = add_primitives(shapes_, s, analytic, world_.primitives); !status.ok()) return status;
+    if (auto status = add_primitives(shapes_, s, analytic, world_.primitives, options.stop); !status.ok())
+      return status;
   }
   instance_from_render_.reserve(shapes_.instances.size());
   for (std::size_t i = 0; i < shapes_.instances.size(); ++i) {
+    throw_if_stopped(options.stop, i);
     const InstanceRecord& instance = shapes_.instances[i];
     instance_from_render_.push_back(inverse(exact(instance.render_from_instance)));
     const Box& box = objects_[static_cast<std::size_t>(instance.object)].box;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -41,6 +42,7 @@ struct StructureOptions {
   int threads = 1;
   bool wide = false;  // sixteen boxes at a step, where a structure can (BVH); else as it is read
   double grid_density = kGridDensity;  // cells a primitive
+  std::stop_token stop = {};
 };
 
 /// Asked by kernels, which know from the kind what it holds (structure_query.h).
@@ -103,7 +105,7 @@ class TreeStructure final : public SceneStructure {
 };
 
 /// The tables must outlive the result. InvalidArgument for shapes that these structures do not know,
-/// ResourceExhausted where a bound of memory is reached.
+/// ResourceExhausted where a bound of memory is reached. Throws Stopped once a stop is requested.
 absl::StatusOr<std::unique_ptr<SceneStructure>> build_structure(StructureKind kind, const ShapeTable& shapes,
                                                                 const TextureTable& textures,
                                                                 const AnalyticBounds& analytic,

@@ -1,6 +1,9 @@
 #include "render/accel/wide/wide_tree.h"
 
 #include <algorithm>
+#include <array>
+
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -13,11 +16,17 @@ constexpr std::size_t kFew = 16;
 class Folder {
  public:
   Folder(std::vector<BinaryNode> nodes, std::span<const std::uint32_t> items,
-         const std::vector<Primitive>& primitives)
-      : nodes_(std::move(nodes)), items_(items.begin(), items.end()), primitives_(primitives) {}
+         const std::vector<Primitive>& primitives, std::stop_token stop)
+      : nodes_(std::move(nodes)),
+        items_(items.begin(), items.end()),
+        primitives_(primitives),
+        stop_(std::move(stop)) {}
 
   WideTree fold() {
-    for (std::size_t i = nodes_.size(); i-- > 0;) prepare(nodes_[i]);
+    for (std::size_t i = nodes_.size(); i-- > 0;) {
+      throw_if_stopped(stop_, i);
+      prepare(nodes_[i]);
+    }
     WideTree tree;
     if (nodes_.empty() || nodes_[0].box.empty()) return tree;
     fold_below(nodes_[0], tree);
@@ -34,23 +43,26 @@ class Folder {
   /// Its box, from those of its children; where these are leaves with few triangles together, it is one.
   void prepare(BinaryNode& node) {
     if (node.child[0] < 0) return;
-    std::vector<std::uint32_t> together;
+    std::array<std::uint32_t, 2 * kFew> together;
+    std::size_t n = 0;
     bool few = true;
     for (const std::int32_t c : node.child) {
       const BinaryNode& child = nodes_[static_cast<std::size_t>(c)];
       node.box.add(child.box);
       few = few && child.child[0] < 0 && child.count <= kFew && (child.count == 0 || are_triangles(child));
-      const std::uint32_t* const first = items_.data() + child.first;
-      if (few) together.insert(together.end(), first, first + child.count);
+      if (!few) continue;
+      std::copy_n(items_.data() + child.first, child.count, together.data() + n);
+      n += child.count;
     }
     if (!few) return;
-    std::ranges::sort(together);
-    together.erase(std::ranges::unique(together).begin(), together.end());
-    if (together.size() > kFew) return;
+    const auto end = together.begin() + static_cast<std::ptrdiff_t>(n);
+    std::sort(together.begin(), end);
+    n = static_cast<std::size_t>(std::unique(together.begin(), end) - together.begin());
+    if (n > kFew) return;
     node.child[0] = node.child[1] = -1;
     node.first = static_cast<std::uint32_t>(items_.size());
-    node.count = static_cast<std::uint32_t>(together.size());
-    items_.insert(items_.end(), together.begin(), together.end());
+    node.count = static_cast<std::uint32_t>(n);
+    items_.insert(items_.end(), together.data(), together.data() + n);
   }
 
   /// Children of the wide node that stands for `top`.
@@ -71,6 +83,7 @@ class Folder {
   }
 
   std::int32_t fold_below(const BinaryNode& top, WideTree& tree) {
+    throw_if_stopped(stop_);
     const std::vector<const BinaryNode*> children = children_of(top);
     const std::size_t self = tree.nodes.size();
     tree.nodes.emplace_back();
@@ -104,15 +117,16 @@ class Folder {
   std::vector<BinaryNode> nodes_;
   std::vector<std::uint32_t> items_;
   const std::vector<Primitive>& primitives_;
+  const std::stop_token stop_;
 };
 
 }  // namespace
 
 WideTree fold(std::vector<BinaryNode> nodes, std::span<const std::uint32_t> items,
-              const std::vector<Primitive>& primitives) {
+              const std::vector<Primitive>& primitives, std::stop_token stop) {
   constexpr std::size_t kMostItems = std::size_t{1} << 30;  // a child's number has 31 bits
   if (items.size() > kMostItems) return {};
-  return Folder(std::move(nodes), items, primitives).fold();
+  return Folder(std::move(nodes), items, primitives, std::move(stop)).fold();
 }
 
 }  // namespace tessera::render

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <span>
+#include <stop_token>
 #include <vector>
 
 #include "render/accel/structure/primitive.h"
@@ -40,6 +41,6 @@ struct BinaryNode {
 /// Opens the largest children of a node until it has sixteen. What holds few triangles becomes a leaf, in
 /// which each stands once. Of more than 2^30 items nothing is made: the tree is walked as it is read.
 WideTree fold(std::vector<BinaryNode> nodes, std::span<const std::uint32_t> items,
-              const std::vector<Primitive>& primitives);
+              const std::vector<Primitive>& primitives, std::stop_token stop = {});
 
 }  // namespace tessera::render

@@ -9,6 +9,7 @@
 #include "render/build/shape/geometry.h"
 #include "render/build/shape/object_graph.h"
 #include "render/build/values/located.h"
+#include "render/core/stopped.h"
 #include "render/shape/place.h"
 
 namespace tessera::render {
@@ -87,6 +88,7 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
                                                             bool instanced) {
   std::vector<int> moving;
   for (int i = 0; i < shapes.size(); ++i) {
+    throw_if_stopped(stop_);
     const v1::Shape& shape = shapes[i];
     const std::string where = place(i);
     const auto moves_too = moves(shape, instanced, where);
@@ -332,6 +334,7 @@ absl::Status InstanceBuilder::check_reach(const float* centre, float radius) con
 }
 
 absl::Status InstanceBuilder::add_instance(const ObjectPart& part, const Holder& holder) {
+  throw_if_stopped(stop_, holder.records.size());
   const auto place_at = [&](double time) { return holder.from_space * part.at(time); };
   const int object = part.object, segments = part.segments();
   const Transform start = place_at(0);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <stop_token>
 #include <string>
 #include <vector>
 
@@ -25,11 +26,17 @@ class InstanceBuilder {
 
   /// Has `shapes`, which fills the same table, build each shape.
   InstanceBuilder(const RenderSpace& space, const BlobSource& blobs, ShapeBuilder& shapes, ShapeTable& table,
-                  std::vector<std::string>& warnings)
-      : space_(space), blobs_(blobs), shapes_(shapes), table_(table), warnings_(warnings) {}
+                  std::vector<std::string>& warnings, std::stop_token stop = {})
+      : space_(space),
+        blobs_(blobs),
+        shapes_(shapes),
+        table_(table),
+        warnings_(warnings),
+        stop_(std::move(stop)) {}
 
   /// All shapes of the scene's world, objects and instances, which fill the table; it outlives the builder.
-  /// InvalidArgument names the element. `wish` and `wants_flat`: plan_nesting().
+  /// InvalidArgument names the element. `wish` and `wants_flat`: plan_nesting(). Throws Stopped once a stop
+  /// is requested.
   absl::Status build(const v1::Scene& scene, v1::Nesting wish = v1::NESTING_UNSPECIFIED,
                      const std::string& wants_flat = "");
 
@@ -82,6 +89,7 @@ class InstanceBuilder {
   ShapeBuilder& shapes_;
   ShapeTable& table_;
   std::vector<std::string>& warnings_;
+  const std::stop_token stop_;
   NameTable object_names_{"object"};
   const v1::Scene* scene_ = nullptr;
   std::vector<ObjectParts> parts_;         // of the scene's objects

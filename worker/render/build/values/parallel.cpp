@@ -6,6 +6,8 @@
 #include <thread>
 #include <vector>
 
+#include "render/core/stopped.h"
+
 namespace tessera::render {
 
 namespace {
@@ -15,6 +17,8 @@ template <class Work>
 absl::Status without_exceptions(const Work& work) {
   try {
     return work();
+  } catch (const Stopped&) {
+    return absl::CancelledError("stopped");
   } catch (const std::exception& error) {  // out of memory, above all
     return absl::ResourceExhaustedError(error.what());
   }
