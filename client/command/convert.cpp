@@ -13,6 +13,7 @@
 #include "image/exr.h"
 #include "image/layer_strip.h"
 #include "import/import.h"
+#include "local/shape_check.h"
 
 namespace tessera::client {
 namespace {
@@ -38,8 +39,8 @@ int convert_image(const ConvertOptions& options) {
 }
 
 int convert_scene(const ConvertOptions& options) {
-  const absl::StatusOr<ImportedScene> scene =
-      import_scene(options.input, {.threads = 0, .defines = {}, .gltf = options.gltf});
+  const absl::StatusOr<ImportedScene> scene = import_scene(
+      options.input, {.threads = 0, .defines = {}, .gltf = options.gltf, .find_faults = find_shape_faults});
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
   if (!options.quiet) {
     for (const Diagnostic& warning : scene->warnings) std::cerr << "warning: " << to_string(warning) << '\n';

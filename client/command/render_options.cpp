@@ -30,6 +30,7 @@
 #include "import/import.h"
 #include "import/tessera_scene/animation.h"
 #include "local/local_farm.h"
+#include "local/shape_check.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
 #include "wire/film_size.h"
@@ -113,6 +114,7 @@ ImportOptions import_options(const RenderOptions& options) {
     result.defines[define.substr(0, equals)] = define.substr(equals + 1);
   }
   result.gltf = options.gltf;
+  result.find_faults = find_shape_faults;
   return result;
 }
 

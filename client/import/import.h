@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -13,10 +14,20 @@
 
 namespace tessera::client {
 
+/// Something that is wrong with an element of a scene.
+struct SceneFault {
+  const void* element;  // in the scene's message
+  std::string place;    // for people: "shape 12 (lamp)"
+  std::string message;
+};
+
 struct ImportOptions {
   int threads = 0;                             // for reading meshes; 0: one a core
   std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
   GltfOptions gltf = {};
+  // Looks for faults that importers do not know of, which become errors at the elements' places; may be
+  // empty.
+  std::function<std::vector<SceneFault>(const ImportedScene&)> find_faults = {};
 };
 
 /// Endings of scene files, for people.

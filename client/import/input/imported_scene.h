@@ -2,6 +2,7 @@
 #pragma once
 
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "import/input/diagnostics.h"
@@ -21,6 +22,8 @@ struct ImportedScene {
   v1::Scene scene;
   std::vector<SceneBlob> blobs;  // one a digest, in order of first use
   std::vector<Diagnostic> warnings;
+  // Where the file has shapes that may be faulty, by their messages in `scene`; import_scene() clears it.
+  std::unordered_map<const void*, Diagnostic> places = {};
 };
 
 }  // namespace tessera::client

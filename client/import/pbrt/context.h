@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <unordered_map>
 
 #include "import/input/blob_collector.h"
 #include "import/input/diagnostics.h"
@@ -16,6 +17,7 @@ struct Context {
   v1::Scene scene;
   std::filesystem::path directory;  // of the main file: all names in all files are relative to it, as in pbrt
   int threads = 0;                  // 0: one a core
+  std::unordered_map<const void*, Diagnostic> places;  // ImportedScene::places
 
   std::filesystem::path resolve(const std::string& file) const { return directory / file; }
 };

@@ -327,6 +327,12 @@ void DirectiveHandler::shape(const std::string& type, std::vector<Parameter> par
   ValueReader values(context_, textures_, all);
   for (const Imath::M44d& t : {state_.ctm.start, state_.ctm.end}) {
     if (determinant3(t) != 0 && is_finite(t)) continue;
+    if (combination_ != nullptr) {
+      context_.diagnostics.error(
+          where,
+          concat(all.owner(), ": its transformation is singular: an operand that is flat is no solid"));
+      return;
+    }
     context_.diagnostics.warning(where,
                                  concat(all.owner(), ": its transformation is singular: it is left out"));
     return;

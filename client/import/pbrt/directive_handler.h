@@ -106,6 +106,7 @@ class DirectiveHandler {
     double power = 0;       // of its area light, where that is given
     double mean_image = 1;  // of the area light's image
     SourceLocation where;
+    bool is_operand = false;  // of a combination
   };
   struct PendingInstance {
     std::string object;
@@ -147,6 +148,7 @@ class DirectiveHandler {
   void load_meshes();
   void resolve_materials_and_textures();
   void resolve_powers();
+  void note_places();
 
   Context& context_;
   TextureTable textures_;

@@ -220,6 +220,20 @@ void DirectiveHandler::finish() {
   write_camera(context_, camera_);
   write_sampler(context_, sampler_);
   write_integrator(context_, integrator_);
+  note_places();
+}
+
+void DirectiveHandler::note_places() {
+  if (context_.diagnostics.has_errors()) return;
+  for (const PendingShape& pending : pending_shapes_) {
+    const v1::Shape& shape = *pending.shape;
+    const bool operand = pending.is_operand;
+    // Whatever else is a mesh or a curve is not looked at (render/build/shape/shape_faults.h).
+    if (!operand && (shape.has_mesh() || shape.has_curves())) continue;
+    const std::string& name = shape.name();  // "torus, scene.pbrt:12"
+    context_.places[&shape] = {context_.diagnostics.file_name(pending.where.file), pending.where.line,
+                               pending.where.column, concat(name.substr(0, name.rfind(", ")), ": ")};
+  }
 }
 
 }  // namespace tessera::client::pbrt

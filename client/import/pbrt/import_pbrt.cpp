@@ -23,8 +23,10 @@ absl::StatusOr<ImportedScene> import_pbrt(const std::filesystem::path& path, int
 
   std::filesystem::path name = path.filename();
   if (name.extension() == ".gz") name = name.stem();
-  return finished_scene(std::move(context.scene), name.stem().string(), std::move(context.blobs),
-                        context.diagnostics);
+  ImportedScene imported = finished_scene(std::move(context.scene), name.stem().string(),
+                                          std::move(context.blobs), context.diagnostics);
+  imported.places = std::move(context.places);
+  return imported;
 }
 
 }  // namespace tessera::client::pbrt

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <unordered_map>
 
 #include "absl/strings/str_join.h"
 #include "google/protobuf/io/tokenizer.h"
@@ -125,6 +126,44 @@ SourceLocation place_of(const wire::BadNumber& number, std::uint32_t file, Locat
   return {file, static_cast<std::uint32_t>(place.line + 1), static_cast<std::uint32_t>(place.column + 1)};
 }
 
+/// Notes where the shapes of the field "shapes" of a message stand, and their operands.
+template <class Holder>
+void note_shapes(const std::string& file, const Holder& holder, Locations& locations,
+                 std::unordered_map<const void*, Diagnostic>& places) {
+  const auto note = [&](const v1::Shape& shape, Locations& in, const auto* field, int index) {
+    const auto at = in.GetLocation(field, index);
+    if (at.line < 0) return;
+    const std::string name = shape.name().empty() ? "" : concat(" (", shape.name(), ")");
+    places[&shape] = {file, static_cast<std::uint32_t>(at.line + 1),
+                      static_cast<std::uint32_t>(at.column + 1), concat("shape", name, ": ")};
+  };
+  const auto* const shapes = Holder::descriptor()->FindFieldByName("shapes");
+  const auto* const csg = v1::Shape::descriptor()->FindFieldByName("csg");
+  const auto* const parts = v1::Csg::descriptor()->FindFieldByName("parts");
+  const auto* const solid = v1::Csg::Part::descriptor()->FindFieldByName("solid");
+  for (int i = 0; i < holder.shapes_size(); ++i) {
+    const v1::Shape& shape = holder.shapes(i);
+    note(shape, locations, shapes, i);
+    if (!shape.has_csg()) continue;
+    Locations* const of_shape = locations.GetTreeForNested(shapes, i);
+    Locations* const of_csg = of_shape == nullptr ? nullptr : of_shape->GetTreeForNested(csg, -1);
+    for (int k = 0; of_csg != nullptr && k < shape.csg().parts_size(); ++k) {
+      Locations* const of_part = of_csg->GetTreeForNested(parts, k);
+      if (of_part != nullptr && shape.csg().parts(k).has_solid())
+        note(shape.csg().parts(k).solid(), *of_part, solid, -1);
+    }
+  }
+}
+
+void note_places(const std::string& file, Locations& locations, ImportedScene& imported) {
+  note_shapes(file, imported.scene, locations, imported.places);
+  const auto* const objects = v1::Scene::descriptor()->FindFieldByName("objects");
+  for (int i = 0; i < imported.scene.objects_size(); ++i) {
+    if (Locations* const of_object = locations.GetTreeForNested(objects, i))
+      note_shapes(file, imported.scene.objects(i), *of_object, imported.places);
+  }
+}
+
 absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path,
                                           std::uint32_t file, Locations* locations,
                                           Diagnostics& diagnostics) {
@@ -143,7 +182,9 @@ absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem
   });
   if (absl::Status status = diagnostics.status(); !status.ok()) return status;
   if (scene.name().empty()) scene.set_name(path.stem().string());
-  return ImportedScene{std::move(scene), blobs.take(), diagnostics.warnings()};
+  ImportedScene imported{std::move(scene), blobs.take(), diagnostics.warnings()};
+  if (locations != nullptr) note_places(path.string(), *locations, imported);
+  return imported;
 }
 
 }  // namespace

@@ -22,6 +22,36 @@ constexpr char kPlyTriangle[] =
     "face 1\n"
     "property list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
 
+/// Faults that are found from outside are told at the lines of their shapes, operands among them.
+TEST_F(SceneFiles, FaultsOfShapesHaveTheirLines) {
+  const ImportOptions options{.find_faults = [](const ImportedScene& imported) {
+    std::vector<SceneFault> faults;
+    for (const v1::Shape& shape : imported.scene.shapes()) {
+      if (shape.has_torus()) faults.push_back({&shape, "", "is bad"});
+      for (const v1::Csg::Part& part : shape.csg().parts())
+        if (part.solid().has_box()) faults.push_back({&part.solid(), "", "is flat"});
+    }
+    return faults;
+  }};
+  const std::string text = error_of(import_scene(write("s.textproto", R"(shapes { sphere { radius: 1 } }
+shapes { torus {} name: 'ring' }
+shapes { csg { parts { solid { sphere { radius: 1 } } }
+  parts { solid { box {} } } } })"),
+                                                 options));
+  EXPECT_THAT(text, AllOf(HasSubstr("s.textproto:2:1: shape (ring): is bad"),
+                          HasSubstr("s.textproto:4:11: shape: is flat")));
+  const std::string pbrt = error_of(import_scene(write("s.pbrt", R"(Camera "perspective"
+WorldBegin
+  Shape "torus" "float majorradius" 1 "float minorradius" 0.5
+CSGBegin "union"
+  Shape "sphere"
+    Shape "box" "point3 pmin" [0 0 0] "point3 pmax" [1 1 1]
+CSGEnd
+)"),
+                                                 options));
+  EXPECT_THAT(pbrt, AllOf(HasSubstr("s.pbrt:3:3: torus: is bad"), HasSubstr("s.pbrt:6:5: box: is flat")));
+}
+
 TEST_F(SceneFiles, TextScenesNameFiles) {
   write("meshes/t.ply", kPlyTriangle);
   write("sky.pfm", "picture");

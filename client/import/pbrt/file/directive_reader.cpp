@@ -246,14 +246,24 @@ void DirectiveReader::look_at_directive(const Token& directive) {
   }
 }
 
-void DirectiveReader::transform(const Token&) {
+void DirectiveReader::transform(const Token& directive) {
   Imath::M44d t;
-  if (read_matrix(t)) builder_.set_transform(t);
+  if (read_affine(directive, t)) builder_.set_transform(t);
 }
 
-void DirectiveReader::concat_transform(const Token&) {
+void DirectiveReader::concat_transform(const Token& directive) {
   Imath::M44d t;
-  if (read_matrix(t)) builder_.concatenate(t);
+  if (read_affine(directive, t)) builder_.concatenate(t);
+}
+
+bool DirectiveReader::read_affine(const Token& directive, Imath::M44d& t) {
+  if (!read_matrix(t)) return false;
+  if (t[0][3] == 0 && t[1][3] == 0 && t[2][3] == 0 && t[3][3] != 0) return true;
+  context_.diagnostics.error(
+      directive.where,
+      concat(directive.text,
+             ": the matrix is projective: its 4th, 8th and 12th number must be 0, and its 16th must not"));
+  return false;
 }
 
 void DirectiveReader::coordinate_system(const Token&) {

@@ -36,6 +36,8 @@ class DirectiveReader {
   bool read_string(std::string_view what, std::string& value);
   bool read_numbers(std::span<double> values);
   bool read_matrix(Imath::M44d& transform);
+  /// The matrix of `directive`; false, with an error, for one that is projective, too.
+  bool read_affine(const Token& directive, Imath::M44d& transform);
   std::vector<Parameter> read_parameters();
   bool read_declaration(const Token& token, Parameter& parameter);
   void read_values(Parameter& parameter);

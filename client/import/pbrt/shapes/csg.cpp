@@ -61,7 +61,10 @@ void DirectiveHandler::begin_combination(const std::string& what, SourceLocation
   message.set_name(concat(what, ", ", file.filename().string(), ":", where.line));
   group(*message.mutable_csg());
   write_state(message, pending);
-  combination_from_world_ = inverse(state_.ctm.start).value_or(Imath::M44d{});
+  const std::optional<Imath::M44d> combination_from_world = inverse(state_.ctm.start);
+  if (!combination_from_world)
+    context_.diagnostics.error(where, "the transformation of a combination of solids is singular");
+  combination_from_world_ = combination_from_world.value_or(Imath::M44d{});
   combination_to_world_ = state_.ctm;
   combination_media_ = {state_.inside_medium, state_.outside_medium};
   keep_shape(std::move(message), std::move(pending));
@@ -98,6 +101,7 @@ void DirectiveHandler::keep_operand(v1::Shape message, PendingShape pending) {
   v1::Shape& kept = *combination_->add_parts()->mutable_solid();
   kept = std::move(message);
   pending.shape = &kept;
+  pending.is_operand = true;
   pending_shapes_.push_back(std::move(pending));
 }
 

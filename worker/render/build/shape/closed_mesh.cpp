@@ -6,6 +6,7 @@
 #include <cstring>
 #include <map>
 #include <numeric>
+#include <set>
 #include <unordered_map>
 #include <utility>
 
@@ -33,8 +34,14 @@ struct PositionHash {
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;
 
-/// Edges that have an odd number of triangles, each once, in order.
-std::vector<Edge> open_edges(const std::vector<std::uint32_t>& triangles) {
+/// An edge that an odd number of triangles has.
+struct OddEdge {
+  Edge edge;
+  std::ptrdiff_t triangles;
+};
+
+/// Each once, in order.
+std::vector<OddEdge> odd_edges(const std::vector<std::uint32_t>& triangles) {
   std::vector<Edge> edges;
   edges.reserve(triangles.size());
   for (std::size_t i = 0; i < triangles.size(); i += 3) {
@@ -44,26 +51,49 @@ std::vector<Edge> open_edges(const std::vector<std::uint32_t>& triangles) {
     }
   }
   std::sort(edges.begin(), edges.end());
-  std::vector<Edge> open;
+  std::vector<OddEdge> odd;
   for (auto first = edges.begin(); first != edges.end();) {
     const auto last = std::upper_bound(first, edges.end(), *first);
-    if ((last - first) % 2 != 0) open.push_back(*first);
+    if ((last - first) % 2 != 0) odd.push_back({*first, last - first});
     first = last;
   }
-  return open;
+  return odd;
 }
 
-absl::Status error_of(const std::vector<Edge>& open, const std::vector<Position>& positions) {
+/// The first triangle that has the same three corners as one before it; -1 where there is none.
+std::ptrdiff_t first_twin(const std::vector<std::uint32_t>& triangles) {
+  std::set<std::array<std::uint32_t, 3>> known;
+  for (std::size_t i = 0; i < triangles.size(); i += 3) {
+    std::array<std::uint32_t, 3> corners{triangles[i], triangles[i + 1], triangles[i + 2]};
+    std::ranges::sort(corners);
+    if (!known.insert(corners).second) return static_cast<std::ptrdiff_t>(i / 3);
+  }
+  return -1;
+}
+
+absl::Status error_of(std::vector<OddEdge> odd, const std::vector<std::uint32_t>& triangles,
+                      const std::vector<Position>& positions) {
+  const auto is_open = [](const OddEdge& one) { return one.triangles == 1; };
+  const bool open = std::ranges::any_of(odd, is_open);
+  if (open) std::erase_if(odd, [&](const OddEdge& one) { return !is_open(one); });
   std::string places;
   constexpr std::size_t kMostPlaces = 3;
-  for (std::size_t i = 0; i < std::min(open.size(), kMostPlaces); ++i) {
-    const Position &a = positions[open[i].first], &b = positions[open[i].second];
+  for (std::size_t i = 0; i < std::min(odd.size(), kMostPlaces); ++i) {
+    const Position &a = positions[odd[i].edge.first], &b = positions[odd[i].edge.second];
     absl::StrAppendFormat(&places, "%s(%g, %g, %g) to (%g, %g, %g)", i == 0 ? "" : "; ", a[0], a[1], a[2],
                           b[0], b[1], b[2]);
   }
-  return absl::InvalidArgumentError(absl::StrCat("its mesh is not closed: ", open.size(),
-                                                 open.size() == 1 ? " edge is" : " edges are", " open, from ",
-                                                 places, open.size() > kMostPlaces ? "; and others" : ""));
+  if (odd.size() > kMostPlaces) places += "; and others";
+  const bool one = odd.size() == 1;
+  if (open) {
+    return absl::InvalidArgumentError(absl::StrCat("its mesh is not closed: ", odd.size(),
+                                                   one ? " edge is" : " edges are", " open, from ", places));
+  }
+  const std::ptrdiff_t twin = first_twin(triangles);
+  return absl::InvalidArgumentError(absl::StrCat(
+      "its mesh bounds no solid: ",
+      twin < 0 ? "" : absl::StrCat("triangle ", twin + 1, " is there twice, so that "), odd.size(),
+      one ? " edge has" : " edges have", " an odd number of triangles, from ", places));
 }
 
 /// Boxes about halves of triangles in order of their middles, along the longest axis.
@@ -142,8 +172,8 @@ absl::StatusOr<CsgMesh> closed_mesh(const wire::MeshView& mesh, const Transform&
     }
   }
   for (const std::uint32_t index : mesh.indices) solid.triangles.push_back(welded[index]);
-  if (const std::vector<Edge> open = open_edges(solid.triangles); !open.empty())
-    return error_of(open, positions);
+  if (std::vector<OddEdge> odd = odd_edges(solid.triangles); !odd.empty())
+    return error_of(std::move(odd), solid.triangles, positions);
   if (solid.triangles.empty()) return absl::InvalidArgumentError("its mesh has no triangles");
   TreeBuilder{solid};
   return solid;

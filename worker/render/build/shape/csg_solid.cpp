@@ -62,8 +62,8 @@ absl::Status check(const v1::Shape& shape) {
   return absl::OkStatus();
 }
 
-absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
-                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record, Transform* exact) {
+absl::Status add_solid(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
+                       ShapeTable& table, ShapeRecord& record, Transform* exact) {
   switch (shape.kind_case()) {
     case v1::Shape::kMesh:
       return add_mesh(shape, placed_from_object, blobs, table, record);
@@ -138,7 +138,7 @@ absl::StatusOr<CsgOperand> read_csg_operand(const v1::Shape& shape, const BlobSo
   }
   ShapeTable unused;
   ShapeRecord record;
-  if (auto s = add_geometry(shape, *placed, blobs, unused, record, &operand.combination_from_own); !s.ok())
+  if (auto s = add_solid(shape, *placed, blobs, unused, record, &operand.combination_from_own); !s.ok())
     return s;
   operand.box = box_of(record, unused, operand.combination_from_own);
   return operand;
@@ -146,7 +146,7 @@ absl::StatusOr<CsgOperand> read_csg_operand(const v1::Shape& shape, const BlobSo
 
 absl::Status add_csg_operand(const v1::Shape& shape, const Transform& placed_from_object,
                              const BlobSource& blobs, ShapeTable& table, ShapeRecord& record) {
-  if (auto s = add_geometry(shape, placed_from_object, blobs, table, record, nullptr); !s.ok()) return s;
+  if (auto s = add_solid(shape, placed_from_object, blobs, table, record, nullptr); !s.ok()) return s;
   record.flags &= ~kFlipNormal;
   return absl::OkStatus();
 }

@@ -11,6 +11,13 @@
 
 namespace tessera::render {
 
+// add_geometry.cpp
+/// A shape of any kind but combinations. `as_triangles`: flat shapes as the triangles that they consist of.
+absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool as_triangles,
+                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record);
+/// The name of a kind that an error is for where it has an area light; null for others.
+const char* kind_without_light(const v1::Shape& shape);
+
 // mesh.cpp
 absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
                       ShapeTable& table, ShapeRecord& record);

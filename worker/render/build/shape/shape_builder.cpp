@@ -7,32 +7,6 @@
 
 namespace tessera::render {
 
-namespace {
-
-/// The name of a kind that an error is for where it has an area light; null for others.
-const char* kind_without_light(const v1::Shape& shape) {
-  switch (shape.kind_case()) {
-    case v1::Shape::kSdfGrid:
-      return "a grid of distances";
-    case v1::Shape::kHalfSpace:
-      return "a half-space";
-    case v1::Shape::kCone:
-      return "a cone";
-    case v1::Shape::kTorus:
-      return "a torus";
-    case v1::Shape::kImplicit:
-      return "an implicit surface";
-    case v1::Shape::kCsg:
-      return "a combination of solids";
-    case v1::Shape::kCylinder:
-      return shape.cylinder().capped() ? "a cylinder with caps" : nullptr;
-    default:
-      return nullptr;
-  }
-}
-
-}  // namespace
-
 absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                                const std::string& where) {
   ShapeRecord record;
@@ -49,7 +23,10 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
 
   if (auto s = set_alpha(shape, record); !s.ok()) return s;
   if (shape.has_csg()) return add_combination(shape, placed_from_object, where, record);
-  if (auto s = add_geometry(shape, placed_from_object, instanced, record); !s.ok()) return s;
+  // Lights that are flat are sampled as triangles and rectangles.
+  const bool as_triangles = (shape.has_area_light() && !instanced) || inputs_.triangles_only;
+  if (auto s = add_geometry(shape, placed_from_object, as_triangles, inputs_.blobs, table_, record); !s.ok())
+    return s;
   const std::int32_t index = append(shape, where, record);
   if (auto s = add_attributes(shape, index); !s.ok()) return s;
   return shape.has_area_light() ? add_emitter(shape, instanced, where, index) : absl::OkStatus();
@@ -122,42 +99,6 @@ absl::Status ShapeBuilder::add_solids_of_combinations() {
     }
   }
   return absl::OkStatus();
-}
-
-absl::Status ShapeBuilder::add_geometry(const v1::Shape& shape, const Transform& placed_from_object,
-                                        bool instanced, ShapeRecord& record) {
-  switch (shape.kind_case()) {
-    case v1::Shape::kMesh:
-      return add_mesh(shape, placed_from_object, inputs_.blobs, table_, record);
-    case v1::Shape::kSphere:
-    case v1::Shape::kDisk:
-      return add_quadric(shape, placed_from_object, table_, record);
-    case v1::Shape::kCylinder:
-      return shape.cylinder().capped() ? add_round_solid(shape, placed_from_object, table_, record)
-                                       : add_quadric(shape, placed_from_object, table_, record);
-    case v1::Shape::kHalfSpace:
-    case v1::Shape::kCone:
-    case v1::Shape::kTorus:
-    case v1::Shape::kEllipsoid:
-      return add_round_solid(shape, placed_from_object, table_, record);
-    case v1::Shape::kPolygon:
-    case v1::Shape::kBox:
-    case v1::Shape::kPolyhedron: {
-      // Lights that are flat are sampled as triangles and rectangles.
-      const bool emits = shape.has_area_light() && !instanced;
-      return add_flat_shape(shape, placed_from_object, emits || inputs_.triangles_only, table_, record);
-    }
-    case v1::Shape::kSdfGrid:
-      return add_sdf_grid(shape, placed_from_object, inputs_.blobs, table_, record);
-    case v1::Shape::kImplicit:
-      return add_implicit(shape, placed_from_object, table_, record);
-    case v1::Shape::kCurves:
-      return add_curves(shape, placed_from_object, inputs_.blobs, table_, record);
-    case v1::Shape::kCsg:  // add_combination()
-    case v1::Shape::KIND_NOT_SET:
-      break;
-  }
-  return absl::InvalidArgumentError("its kind is missing or unknown");
 }
 
 absl::Status ShapeBuilder::add_emitter(const v1::Shape& shape, bool instanced, const std::string& where,

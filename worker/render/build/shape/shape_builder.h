@@ -58,8 +58,6 @@ class ShapeBuilder {
     std::vector<const v1::Shape*> meshes;  // null: no mesh
   };
 
-  absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
-                            ShapeRecord& record);
   absl::Status add_combination(const v1::Shape& shape, const Transform& placed_from_object,
                                const std::string& where, ShapeRecord& record);
   std::int32_t append(const v1::Shape& shape, const std::string& where, const ShapeRecord& record);
