@@ -299,6 +299,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
   if (auto s = builders.run(); !s.ok()) return s;
+  accel.structures.prepare(arrays.shapes);
   if (settings.photon.one_map && !arrays.shapes.motion_steps.empty()) {
     return absl::InvalidArgumentError(
         "one map of photons for all passes wants a scene that stands still; shapes of this one move");

@@ -261,6 +261,33 @@ TEST(QueryRays, CrossACombinationOfSolidsAsOneShape) {
   EXPECT_FALSE(bounds[1].unbounded);
 }
 
+/// However close borders are to one another: of lines that begin and end outside, none is left out.
+TEST(QueryRays, CrossCombinationsAnEvenNumberOfTimes) {
+  for (const char* csg :
+       {"operation: DIFFERENCE parts { solid { sphere { radius: 1 } } }"
+        " parts { solid { torus { major_radius: 0.8 minor_radius: 0.4 } } }"
+        " parts { solid { box { low: [-2, -0.1, -2] high: [2, 0.1, 2] } } }",
+        "operation: INTERSECTION parts { solid { box { low: [-0.9, -0.9, -0.9] high: [0.9, 0.9, 0.9] } } }"
+        " parts { solid { implicit { expression: 'sin(7*x) + cos(6*y) + sin(5*z)' ball { radius: 1.1 } } } "
+        "}"}) {
+    const auto scene = load(absl::StrCat("shapes { csg { ", csg, " } }"));
+    ASSERT_TRUE(scene.ok()) << scene.status();
+    std::mt19937 random(5);
+    std::normal_distribution<double> normal;
+    int odd = 0, crossings = 0;
+    constexpr int kRays = 65536;
+    for (int i = 0; i < kRays; ++i) {
+      const V3d d = V3d(normal(random), normal(random), normal(random)).normalized();
+      const V3d o = V3d(0.5 * normal(random), 0.5 * normal(random), 0.5 * normal(random)) - d * 20;
+      const std::size_t count = (*scene)->hits(o, d).size();
+      odd += count % 2 != 0;
+      crossings += static_cast<int>(count);
+    }
+    EXPECT_EQ(odd, 0);
+    EXPECT_GT(crossings, kRays);
+  }
+}
+
 TEST(QueryRays, OfASceneWithoutShapesMeetNothing) {
   const auto scene = load("");
   ASSERT_TRUE(scene.ok()) << scene.status();

@@ -114,6 +114,8 @@ absl::StatusOr<std::unique_ptr<SceneStructure>> build_structure(StructureKind ki
 /// The part of this room that is compiled once an ISA.
 struct StructureKernel {
   AnalyticBounds analytic;
+  /// Adds to shapes what they keep in order to be met sooner. Once their table is filled.
+  void (*prepare)(ShapeTable& shapes) = nullptr;
   /// Asks a structure, which outlives the query.
   std::unique_ptr<RayQuery> (*make_query)(const SceneStructure& structure) = nullptr;
 };

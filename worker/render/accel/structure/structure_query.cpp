@@ -12,6 +12,7 @@
 #include "render/accel/sphere_tree/sphere_walk.h"
 #include "render/accel/structure/meet.h"
 #include "render/shape/analytic_shape.h"
+#include "render/shape/implicit/mark_cells.h"
 #include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -218,10 +219,18 @@ Box bounds_of_analytic(const ShapeTable& table, std::int32_t shape, std::int32_t
   return box;
 }
 
+void prepare_shapes(ShapeTable& shapes) {
+  // Many surfaces share what one may take eight times.
+  constexpr std::size_t kMost = std::size_t{1} << 21, kAll = 8 * kMost;
+  const std::size_t most_work = std::min(kMost, kAll / std::max<std::size_t>(shapes.implicits.size(), 1));
+  for (ImplicitRecord& surface : shapes.implicits) mark_cells(surface, most_work);
+}
+
 }  // namespace
 
 const StructureKernel& structure_kernel() {
-  static constexpr StructureKernel kKernel{{&count_analytic, &bounds_of_analytic}, &make_structure_query};
+  static constexpr StructureKernel kKernel{
+      {&count_analytic, &bounds_of_analytic}, &prepare_shapes, &make_structure_query};
   return kKernel;
 }
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
+#include <unordered_map>
+#include <unordered_set>
 
 #include "absl/strings/str_cat.h"
 #include "render/build/shape/csg_solid.h"
@@ -58,7 +61,7 @@ class NodeWriter {
  public:
   NodeWriter(const CsgTree& tree, const std::vector<CsgBox>& boxes, const Imath::V3d& centre, double size,
              CsgRecord& csg)
-      : tree_(tree), boxes_(boxes), centre_(centre), size_(size), csg_(csg) {}
+      : tree_(tree), twins_(twins_of(tree)), boxes_(boxes), centre_(centre), size_(size), csg_(csg) {}
 
   void write(std::int32_t index, std::int32_t parent, std::int32_t weight, const CsgBox& parents,
              bool turned) {
@@ -71,19 +74,19 @@ class NodeWriter {
       CsgSolid& solid = csg_.solids[static_cast<std::size_t>(node.solid)];
       solid.node = place, solid.turned = turned;
     } else if (node.operation == v1::Csg::UNION) {
-      write_union(node.operands, place, box, turned);
+      write_union(without_twins(node.operands), place, box, turned);
     } else if (node.operation == v1::Csg::INTERSECTION) {
       csg_.nodes.back().threshold = static_cast<std::int32_t>(node.operands.size());
       for (const std::int32_t operand : node.operands) write(operand, place, 1, box, turned);
     } else {
       csg_.nodes.back().keeps_material = node.keeps_material;
       write(node.operands.front(), place, 1, box, turned);
-      std::vector<std::int32_t> taken(node.operands.begin() + 1, node.operands.end());
+      const std::vector<std::int32_t> taken = without_twins({node.operands.begin() + 1, node.operands.end()});
       if (taken.size() == 1) {
         write(taken.front(), place, -1, box, !turned);
       } else if (!taken.empty()) {
         const std::int32_t all = open(place, -1, box);
-        write_union(std::move(taken), all, box, !turned);
+        write_union(taken, all, box, !turned);
         close(all);
       }
     }
@@ -91,6 +94,30 @@ class NodeWriter {
   }
 
  private:
+  /// For each solid the first one that is the same but for its name and its material.
+  static std::vector<std::int32_t> twins_of(const CsgTree& tree) {
+    std::unordered_map<std::string, std::int32_t> known;
+    std::vector<std::int32_t> twins;
+    for (std::size_t i = 0; i < tree.solids.size(); ++i) {
+      v1::Shape shape = *tree.solids[i].shape;
+      shape.clear_name(), shape.clear_material();
+      twins.push_back(
+          known.try_emplace(shape.SerializeAsString(), static_cast<std::int32_t>(i)).first->second);
+    }
+    return twins;
+  }
+
+  /// Operands of a union without solids that are there before: all that is seen of those is seen of the
+  /// first.
+  std::vector<std::int32_t> without_twins(std::vector<std::int32_t> operands) const {
+    std::unordered_set<std::int32_t> seen;
+    std::erase_if(operands, [&](std::int32_t operand) {
+      const std::int32_t solid = tree_.nodes[static_cast<std::size_t>(operand)].solid;
+      return solid >= 0 && !seen.insert(twins_[static_cast<std::size_t>(solid)]).second;
+    });
+    return operands;
+  }
+
   std::int32_t open(std::int32_t parent, std::int32_t weight, const CsgBox& box) {
     const auto place = static_cast<std::int32_t>(csg_.nodes.size());
     CsgNode& node = csg_.nodes.emplace_back();
@@ -146,17 +173,40 @@ class NodeWriter {
   }
 
   const CsgTree& tree_;
+  const std::vector<std::int32_t> twins_;
   const std::vector<CsgBox>& boxes_;
   const Imath::V3d centre_;
   const double size_;
   CsgRecord& csg_;
 };
 
+/// Solids whose boxes hold the middle of a node's box, `most` where they are more.
+std::size_t count_at_middle(const CsgRecord& csg, const CsgNode& node, std::size_t most) {
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < csg.nodes.size() && count < most;) {
+    const CsgNode& other = csg.nodes[i];
+    bool inside = true;
+    for (int a = 0; a < 3; ++a) {
+      const float middle = 0.5f * node.low[a] + 0.5f * node.high[a];
+      inside = inside && middle >= other.low[a] && middle <= other.high[a];
+    }
+    count += inside && other.solid >= 0;
+    i = inside ? i + 1 : static_cast<std::size_t>(other.end);
+  }
+  return count;
+}
+
 bool is_finite(const CsgBox& box) {
   return std::isfinite((box.high - box.low).length()) && std::isfinite(box.low.length());
 }
 
 }  // namespace
+
+bool is_crowded(const CsgRecord& csg) {
+  return std::ranges::any_of(csg.nodes, [&](const CsgNode& node) {
+    return node.solid >= 0 && count_at_middle(csg, node, kCrowd) >= kCrowd;
+  });
+}
 
 absl::StatusOr<bool> add_csg(const v1::Shape& shape, const CsgTree& tree, const Transform& placed_from_object,
                              const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,

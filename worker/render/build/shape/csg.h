@@ -18,4 +18,9 @@ absl::StatusOr<bool> add_csg(const v1::Shape& shape, const CsgTree& tree, const 
                              const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
                              std::vector<ShapeRecord>& solids);
 
+/// So many solids at one place that a ray there takes more than a millisecond.
+inline constexpr std::size_t kCrowd = 4096;
+/// Whether the boxes of so many solids have a place in common.
+bool is_crowded(const CsgRecord& csg);
+
 }  // namespace tessera::render

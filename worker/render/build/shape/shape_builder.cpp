@@ -58,6 +58,10 @@ absl::Status ShapeBuilder::add_combination(const v1::Shape& shape, const Transfo
     warnings_.push_back(absl::StrCat(where, ": its operands leave nothing; left out"));
     return absl::OkStatus();
   }
+  if (is_crowded(table_.csgs.back())) {
+    warnings_.push_back(absl::StrCat(
+        where, ": ", kCrowd, " of its solids or more lie at one place: rays that go there take long"));
+  }
   const auto passes = [&](std::int32_t material) {
     const MaterialRecord& m = inputs_.material_table.materials[static_cast<std::size_t>(material)];
     return (m.flags & (kHasOpacity | kPassesStraight)) != 0;

@@ -56,8 +56,12 @@ void add_spans(const ShapeTable& table, const CsgRecord& csg, std::int32_t index
 /// ends before, or begins behind, leaves no trace there: a solid that is entered is left again.
 class BoxTest {
  public:
-  BoxTest(const DoubleRay& ray, const float* t_far) : begin_(-ray.t) {
+  BoxTest(const DoubleRay& ray, const float* t_far) : BoxTest(ray) {
+    begin_ = -ray.t;
     for (int i = 0; i < kDoubleWidth; ++i) end_[i] = static_cast<double>(t_far[i]) - ray.t[i];
+  }
+  /// Of whole lines.
+  explicit BoxTest(const DoubleRay& ray) : begin_(splat(-kNoRoot)), end_(splat(kNoRoot)) {
     for (int i = 0; i < 3; ++i) {
       o_[i] = ray.o[i];
       const DoubleMask moves = (ray.d[i] > 1e-300) | (ray.d[i] < -1e-300);
@@ -80,6 +84,27 @@ class BoxTest {
   Double o_[3], inverse_[3], begin_, end_;
 };
 
+/// Adds the crossings of some rays with all solids that matter to them; returns those that meet the whole.
+std::uint32_t add_all_spans(const ShapeTable& table, const CsgRecord& csg, const DoubleRay& ray,
+                            const BoxTest& meets, std::uint32_t lanes, CsgCrossings* crossings) {
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(csg.nodes.size());) {
+    const CsgNode& node = csg.nodes[static_cast<std::size_t>(i)];
+    const std::uint32_t there = lanes & meets(node);
+    if (i == 0) lanes = there;
+    if (there != 0 && node.solid >= 0) add_spans(table, csg, node.solid, ray, there, crossings);
+    i = there != 0 ? i + 1 : node.end;
+  }
+  return lanes;
+}
+
+/// Sorts the crossings of one lane and begins to follow them.
+void start(const DoubleRay& ray, int lane, CsgCrossings& crossings, CsgSweep& sweep) {
+  crossings.sort();
+  const double speed = std::sqrt(ray.d[0][lane] * ray.d[0][lane] + ray.d[1][lane] * ray.d[1][lane] +
+                                 ray.d[2][lane] * ray.d[2][lane]);
+  sweep.start(crossings, kCsgCoincidence / speed);
+}
+
 /// Calls f(lane, ray of its part, its place in the part, sweep) for each active lane that may meet the whole
 /// before its `t_far`, with the sweep at its start. Its borders behind that mean nothing.
 template <class F>
@@ -92,22 +117,12 @@ void for_each_ray(const ShapeTable& table, const CsgRecord& csg, const ObjectRay
     std::uint32_t lanes = wanted >> first & kPartLanes;
     if (lanes == 0) continue;
     const DoubleRay ray(rays, first);
-    const BoxTest meets(ray, t_far + first);
     CsgCrossings crossings[kDoubleWidth];
-    for (std::int32_t i = 0; i < static_cast<std::int32_t>(csg.nodes.size());) {
-      const CsgNode& node = csg.nodes[static_cast<std::size_t>(i)];
-      const std::uint32_t there = lanes & meets(node);
-      if (i == 0) lanes = there;
-      if (there != 0 && node.solid >= 0) add_spans(table, csg, node.solid, ray, there, crossings);
-      i = there != 0 ? i + 1 : node.end;
-    }
+    lanes = add_all_spans(table, csg, ray, BoxTest(ray, t_far + first), lanes, crossings);
     for (; lanes != 0; lanes &= lanes - 1) {
       const int i = __builtin_ctz(lanes);
       if (crossings[i].size() == 0) continue;
-      crossings[i].sort();
-      const double speed =
-          std::sqrt(ray.d[0][i] * ray.d[0][i] + ray.d[1][i] * ray.d[1][i] + ray.d[2][i] * ray.d[2][i]);
-      sweep.start(crossings[i], kCsgCoincidence / speed);
+      start(ray, i, crossings[i], sweep);
       f(first + i, ray, i, sweep);
     }
   }
@@ -179,6 +194,20 @@ class CsgShape final : public AnalyticShape {
                  });
     const Float t = Float::load(found);
     return select(rays.active & (t < rays.t_far), t, -1.0f);
+  }
+
+  /// All borders of one sweep: a line that is outside of the whole at both of its ends crosses an even
+  /// number, however close they are to one another.
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const override {
+    const CsgRecord& csg = record_of(table, shape);
+    const DoubleRay line(ExactObjectRay(csg.unit_from_render, ray));
+    CsgCrossings crossings[kDoubleWidth];
+    if (add_all_spans(table, csg, line, BoxTest(line), 1, crossings) == 0) return;
+    CsgSweep sweep(csg);
+    start(line, 0, crossings[0], sweep);
+    CsgBorder border;
+    while (sweep.next(border)) found.push_back(line.t[0] + border.at.s);
   }
 
   void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,

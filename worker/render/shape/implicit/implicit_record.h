@@ -24,6 +24,11 @@ struct ImplicitRecord {
   ImplicitRoots roots = ImplicitRoots::kInterval;
   double lipschitz = 0;  // kSphereTracing: largest |f(p) - f(q)| / |p - q|
 
+  // kInterval, other than polynomials: cells of the bounds along each axis, 0 for none; a bit for each cell
+  // that the surface may cross, x first, then y, then z (mark_cells.h).
+  std::int32_t cells = 0;
+  std::vector<std::uint64_t> marked;
+
   // Of a polynomial: its degree, 0 for other functions.
   std::int32_t degree = 0;
   // Coefficients for Horner's rule in x, y and z, from the highest powers down: for i, for j up to degree -

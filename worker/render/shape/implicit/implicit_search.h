@@ -10,7 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 inline Double first_roots(const ImplicitRecord& surface, const ObjectChord& chord, bool any) {
   if (surface.roots == ImplicitRoots::kSphereTracing) return first_roots_by_sphere_tracing(surface, chord);
   return surface.degree > 0 ? first_polynomial_roots(surface, chord, any)
-                            : first_roots_by_enclosure(surface, chord);
+                            : first_roots_by_enclosure(surface, chord, any);
 }
 
 inline Double value_at(const ImplicitRecord& surface, const Point3& p) {

@@ -40,21 +40,31 @@ Point3 gradient_at(const ImplicitRecord& surface, const Point3& p) {
 Point3 point_on_surface(const ImplicitRecord& surface, Vec3 o, Vec3 d, Float t, Mask active) {
   const Double middle(t), off = fma(abs(middle), Double(0x1p-22), Double(1e-38));
   const ObjectChord chord = chord_within(surface, o, d, middle - off, middle + off, active);
-  const Double root = first_roots(surface, chord, false);
+  Double root = roots_between_signs(surface, chord);
+  // Of places that are touched, or have several roots, the nearest.
+  ObjectChord rest = chord;
+  rest.meets = and_not(chord.meets, mask_of(root >= chord.begin));
+  if (any(rest.meets)) root = select(double_mask_of(rest.meets), first_roots(surface, rest, false), root);
   // A ray that begins within a rounding of the surface has a root behind it.
   return chord.at(select(root >= chord.begin, root, middle));
 }
 
 /// Perpendicular to the surface, unit. Where the gradient vanishes (nodes, double roots) it is that of a
 /// place on the ray a little before; where that vanishes too, the normal faces the ray.
-Point3 normal_at(const ImplicitRecord& surface, const Point3& p, const Point3& d) {
-  const Double back = Double(size_of(surface) * 0x1p-10) / length_of(d);
-  const Point3 here = gradient_at(surface, p), before = gradient_at(surface, plus(p, d, -back));
-  const Double steep = length_of(here), steep_before = length_of(before), most(1e280);
-  const DoubleMask regular =
-      (steep > steep_before * Double(0x1p-12)) & (steep > Double(1e-280)) & (steep < most);
-  const DoubleMask usable = (steep_before > Double(1e-280)) & (steep_before < most);
-  const Point3 n = select(regular, here, select(usable, before, {-d.x, -d.y, -d.z}));
+Point3 normal_at(const ImplicitRecord& surface, const Point3& p, const Point3& d, Mask active) {
+  const Double way(size_of(surface) * 0x1p-10), most(1e280), least(1e-280), far_less(0x1p-12);
+  const Point3 back = plus(p, d, -way / length_of(d)), here = gradient_at(surface, p);
+  const Double steep = length_of(here);
+  const auto usable = [&](Double a) { return (a > least) & (a < most); };
+  // What f rises by on the way there tells of a gradient that vanishes for less than another gradient does.
+  DoubleMask regular = usable(steep) & (steep > abs(value_at(surface, back)) / way * far_less);
+  Point3 n = here;
+  if (any(and_not(active, mask_of(regular)))) {
+    const Point3 before = gradient_at(surface, back);
+    const Double steep_before = length_of(before);
+    regular = regular | (usable(steep) & (steep > steep_before * far_less));
+    n = select(regular, here, select(usable(steep_before), before, {-d.x, -d.y, -d.z}));
+  }
   const Double inverse = Double(1.0) / length_of(n);
   return {n.x * inverse, n.y * inverse, n.z * inverse};
 }
@@ -122,12 +132,18 @@ class ImplicitShape final : public AnalyticShape {
     return rays.active & (root_within(record_of(table, shape), rays, true) >= 0.0f);
   }
 
+  void crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t, const ExactRay& ray,
+                 std::vector<double>& found) const override {
+    const ImplicitRecord& surface = record_of(table, shape);
+    all_roots_by_enclosure(surface, chord_of(surface, ray), found);
+  }
+
   void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d, Mask active,
                bool want_tangents, Surface& s) const override {
     const ImplicitRecord& surface = record_of(table, shape);
     const Affine &to = surface.render_from_object, &from = surface.object_from_render;
     const Point3 in_object = point_on_surface(surface, o, d, hit.t, active);
-    const Vec3 n = to_vec(normal_at(surface, in_object, place_in_object(from, d, 0).value));
+    const Vec3 n = to_vec(normal_at(surface, in_object, place_in_object(from, d, 0).value, active));
     const auto row = [&](int i) {
       return fma(in_object.x, Double(to.m[i]),
                  fma(in_object.y, Double(to.m[i + 1]),

@@ -102,4 +102,22 @@ inline ObjectChord chord_within(const ImplicitRecord& surface, Vec3 o, Vec3 d, D
   return chord;
 }
 
+/// The whole line of one ray within the bounds, in the first lane.
+inline ObjectChord chord_of(const ImplicitRecord& surface, const ExactRay& ray) {
+  const auto place = [&](const double(&v)[3], double w) {
+    double p[3];
+    for (int i = 0; i < 3; ++i) {
+      const float* const row = surface.object_from_render.m + 4 * i;
+      p[i] = row[0] * v[0] + row[1] * v[1] + row[2] * v[2] + w * row[3];
+    }
+    const Double zero(0.0);
+    return ExactPoint3{{Double(p[0]), Double(p[1]), Double(p[2])}, {zero, zero, zero}};
+  };
+  ObjectChord chord{place(ray.o, 1), place(ray.d, 0), Double(-1e300), Double(1e300), Mask::first(1)};
+  clip_to_box(surface, chord);
+  if (surface.in_sphere) clip_to_sphere(surface, chord);
+  chord.meets &= mask_of(chord.begin < chord.end);
+  return chord;
+}
+
 }  // namespace tessera::render::TESSERA_ISA
