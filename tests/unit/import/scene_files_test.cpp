@@ -45,7 +45,7 @@ WorldBegin
   Shape "torus" "float majorradius" 1 "float minorradius" 0.5
 CSGBegin "union"
   Shape "sphere"
-    Shape "box" "point3 pmin" [0 0 0] "point3 pmax" [1 1 1]
+    Shape "box" "point3 p0" [0 0 0] "point3 p1" [1 1 1]
 CSGEnd
 )"),
                                                  options));
