@@ -40,8 +40,10 @@ std::string matrix(double size, const double (&axes)[3][3], const double (&place
   return text + "0,0,0,1] }";
 }
 
-/// Square number `i` of a room without ceiling: a floor, a back wall, a wall on the left, a shelf.
-std::string room(double size) {
+enum class Lamp { kSquare, kPoint };
+
+/// A room without ceiling: a floor, a back wall, a wall on the left, a shelf, and a lamp.
+std::string room(double size, Lamp lamp) {
   constexpr double kFloor[3][3] = {{2, 0, 0}, {0, 2, 0}, {0, 0, 1}},
                    kShelf[3][3] = {{.5, 0, 0}, {0, .5, 0}, {0, 0, 1}},
                    kBack[3][3] = {{2, 0, 0}, {0, 0, 2}, {0, -1, 0}},
@@ -53,17 +55,20 @@ std::string room(double size) {
   };
   return shape("white", kFloor, {0, 0, 0}, "") + shape("white", kBack, {0, 2, 2}, "") +
          shape("red", kLeft, {-2, 0, 2}, "") + shape("white", kShelf, {0.5, 0.5, 0.75}, "") +
-         shape("white", kLamp, {0, 0, 3}, " area_light { radiance { constant: 4 } }") +
+         (lamp == Lamp::kSquare
+              ? shape("white", kLamp, {0, 0, 3}, " area_light { radiance { constant: 4 } }")
+              : absl::StrCat("lights { point { position { z: ", exact(3 * size),
+                             " } intensity { constant: ", exact(4 * size * size), " } } } ")) +
          "materials { name: 'white' diffuse { reflectance { constant { constant: 0.6 } } } } "
          "materials { name: 'red' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.2 b: 0.1 } } } } } ";
 }
 
 /// All values of R, G and B; none where the algorithm refuses the scene.
-std::vector<float> picture(const std::string& settings, double size) {
+std::vector<float> picture(const std::string& settings, double size, Lamp lamp) {
   // At (0, -6, 1.5), looking along y.
   constexpr double kAxes[3][3] = {{1, 0, 0}, {0, 0, 1}, {0, 1, 0}};
   const auto file = load_scene_text(
-      absl::StrCat(room(size), "camera { perspective { fov_degrees: 40 } world_from_camera ",
+      absl::StrCat(room(size, lamp), "camera { perspective { fov_degrees: 40 } world_from_camera ",
                    matrix(1, kAxes, {0, -6 * size, 1.5 * size}),
                    " } film { width: 16 height: 16 } settings { spp: 4 max_depth: 4 ", settings, " }"),
       {}, render::supported_isas().front(), {{"square", square()}});
@@ -102,24 +107,30 @@ std::vector<Way> ways() {
   return all;
 }
 
-TEST(SceneScale, PicturesAreTheSameFromABillionthToABillion) {
+void expect_equal_means(Lamp lamp) {
   const std::vector<int> exponents =
       long_form() ? std::vector{-30, -27, -20, -10, 10, 20, 27, 30} : std::vector{-30, 27, 30};
   for (const Way& way : ways()) {
     SCOPED_TRACE(way.name);
-    const std::vector<float> expected = picture(way.settings, 1);
+    const std::vector<float> expected = picture(way.settings, 1, lamp);
     if (expected.empty()) continue;
     const double mean = mean_of(expected);
+    // Whoever sees lamps of some area alone sees none of a point.
+    if (lamp == Lamp::kPoint && mean == 0) continue;
     EXPECT_GT(mean, 0);
     for (const int exponent : exponents) {
       // A known limit: it loses light in scenes of 1e-9 (docs/numerics.md).
       if (exponent < -20 && way.name == "mlt --mutate path") continue;
-      const std::vector<float> found = picture(way.settings, std::ldexp(1.0, exponent));
+      const std::vector<float> found = picture(way.settings, std::ldexp(1.0, exponent), lamp);
       ASSERT_EQ(found.size(), expected.size()) << "2^" << exponent;
       EXPECT_NEAR(mean_of(found) / mean, 1, 1e-6) << "2^" << exponent;
     }
   }
 }
+
+TEST(SceneScale, PicturesAreTheSameFromABillionthToABillion) { expect_equal_means(Lamp::kSquare); }
+
+TEST(SceneScale, SoAreThoseOfPointLights) { expect_equal_means(Lamp::kPoint); }
 
 }  // namespace
 }  // namespace tessera::test::scene_scale

@@ -1,6 +1,8 @@
 // Lights that shine from a point.
 #pragma once
 
+#include <cmath>
+
 #include "render/core/constants.h"
 #include "render/light/light_access.h"
 #include "render/sampling/warp.h"
@@ -25,8 +27,10 @@ class PositionalLight : public LightModel {
     const LightLanes lanes{table, light, active};
     const Directions chosen = directions(lanes, u);
     const Vec3 position = lanes.field3(&LightRecord::position);
-    const LightSample seen = sample(table, light, position + chosen.w, u, active);
-    return {position, no_offset(), chosen.w, seen.radiance * chosen.inverse_density, active & seen.valid};
+    const float distance = looking_distance(table);
+    const LightSample seen = sample(table, light, fma(chosen.w, Float(distance), position), u, active);
+    return {position, no_offset(), chosen.w, seen.radiance * (chosen.inverse_density * (distance * distance)),
+            active & seen.valid};
   }
 
   EmissionDensity emission_density(const LightTable& table, Int light, Vec3, Float, Vec3 direction,
@@ -42,6 +46,13 @@ class PositionalLight : public LightModel {
     b.angle = std::numbers::pi;
     b.reach = std::numbers::pi / 2;
     return b;
+  }
+
+ private:
+  /// The distance from which emit() looks at the light: 1, or the size of scenes beside which 1 would vanish.
+  static float looking_distance(const LightTable& table) {
+    constexpr float kLarge = 4096;
+    return table.scene_radius <= kLarge ? 1 : std::exp2(std::floor(std::log2(table.scene_radius)));
   }
 
  protected:
