@@ -155,10 +155,11 @@ void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) 
     if (!result.acknowledged) continue;
     // A second opinion is asked for once, of another host and for the same units; more only to decide between
     // two, of which is not known here what is not committed yet.
+    const bool of_phase = !promise.request.plan->is_of_picture(one);
     const bool second_opinion =
-        (liars_ || audits_) && result.host != worker.host && result.units == covered_by(token);
+        (liars_ || audits_ || of_phase) && result.host != worker.host && result.units == covered_by(token);
     // Of a unit of a phase once more in the life of a coordinator, when somebody can make nothing of it.
-    const std::uint64_t most = promise.request.plan->is_of_picture(one) ? 1 : 2 + counts_.coordinator_deaths;
+    const std::uint64_t most = of_phase ? 2 + counts_.coordinator_deaths : 1;
     const bool again = one == token.unit_index() && ++result.second_leases > most;
     if (!second_opinion || (again && !result.disputed && !coordinator_->waits_for_commit())) {
       return violate(absl::StrCat(unit, " was acknowledged and is given out again"));
