@@ -24,7 +24,7 @@ namespace render {
 TESSERA_MEMBERS(SdfGridRecord, render_from_object, object_from_render, size, smooth_normals, samples, voxels)
 TESSERA_MEMBERS(CurvesRecord, kind, bspline, points, starts, normals, params, pieces)
 TESSERA_MEMBERS(ImplicitRecord, render_from_object, object_from_render, low, high, in_sphere, centre, radius,
-                program, roots, lipschitz, degree, coefficients, magnitude, slope)
+                program, roots, lipschitz, cells, marked, degree, coefficients, magnitude, slope)
 TESSERA_MEMBERS(CsgMesh, positions, triangles, order, nodes)
 TESSERA_MEMBERS(CsgRecord, render_from_unit, unit_from_render, low, high, nodes, solids, meshes)
 TESSERA_MEMBERS(ShapeTable, shapes, world_shape_count, objects, quadrics, facets, sdf_grids, curves,
