@@ -103,16 +103,16 @@ TEST(Classes, OfEquallyManyThreadsTheOneIsTakenThatItsWorkersLikeBest) {
   const std::vector<std::string> tags;
   EXPECT_EQ(census.best({.isa = "", .tags = tags}), "");
   const WorkerInfo both = worker_of("both", {"avx512/e/a", "avx2/e/a"}, 8);
-  census.add(both);
-  census.add(both);
+  census.add(both, both.threads);
+  census.add(both, both.threads);
   EXPECT_EQ(census.best({.isa = "", .tags = tags}), "avx512/e/a");
   EXPECT_EQ(census.best({.isa = "avx2", .tags = tags}), "avx2/e/a");
   const WorkerInfo old = worker_of("old", {"avx2/e/a"}, 1);
-  census.add(old);
+  census.add(old, old.threads);
   EXPECT_EQ(census.best({.isa = "", .tags = tags}), "avx2/e/a");
   EXPECT_EQ(census.best({.isa = "", .tags = tags, .max_workers = 2}), "avx512/e/a")
       << "the old one would not be needed";
-  census.remove(old);
+  census.remove(old, old.threads);
   EXPECT_EQ(census.best({.isa = "", .tags = tags}), "avx512/e/a");
 }
 
