@@ -299,11 +299,12 @@ TEST_F(JobsTest, HaveSoManyUnitsTogetherAndNoMore) {
 }
 
 TEST_F(JobsTest, AJobOfSixteenMillionUnitsTakesTheMemoryOfThoseThatWereBegun) {
+  constexpr std::uint32_t kSide = 1 << 16;
   v1::JobSpec spec = job_spec();
   for (const auto set : {&v1::PixelRect::set_x1, &v1::PixelRect::set_y1})
-    (spec.mutable_cut()->mutable_crop()->*set)(wire::kMaxFilmSize);
-  spec.mutable_view()->set_width(wire::kMaxFilmSize);
-  spec.mutable_view()->set_height(wire::kMaxFilmSize);
+    (spec.mutable_cut()->mutable_crop()->*set)(kSide);
+  spec.mutable_view()->set_width(kSide);
+  spec.mutable_view()->set_height(kSide);
   const std::string worker = register_worker();
   const support::PeakMemory memory;
   std::string id;
