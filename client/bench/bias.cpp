@@ -132,7 +132,7 @@ void BiasEstimator::read(std::size_t value, float reference, Block& block) const
 BiasAndVariance BiasEstimator::result() const {
   if (count_ < 2) return {kUnknown, kUnknown, kUnknown};
   const auto width = static_cast<std::size_t>(reference_.data.width());
-  const auto side = static_cast<std::size_t>(CompareOptions{}.block);
+  const auto side = static_cast<std::size_t>(CompareOptions{}.test_block);
   std::map<std::pair<std::size_t, std::size_t>, Block> blocks;
   for (std::size_t c = 0; c < kChannels.size(); ++c) {
     const std::vector<float>& reference = reference_.find(kChannels[c])->values;
