@@ -130,7 +130,7 @@ absl::Status serve(tessera::server::Coordinator& coordinator, const sigset_t& si
 /// Options by which clients are bounded, all of them or single ones.
 void define_quota_options(tessera::options::Command& command, tessera::server::Quotas& quotas,
                           const tessera::options::Option& tls) {
-  command.group("Quotas of clients (NUMBER for all, USER=NUMBER for one); administrators have none");
+  command.group("Quotas of clients (NUMBER: all, USER=NUMBER: one); administrators have none");
   const auto add = [&](const char* name, auto& quota, const char* description, auto read) {
     command
         .add_list_read_by(

@@ -17,10 +17,10 @@ from tessera.v1 import camera_pb2, job_pb2, settings_pb2
 #: Integrators whose jobs are made here.
 DIRECT = ("path", "volpath", "direct")
 
-_TILE, _SCATTERING_TILE = 32, 128
+_TILE, _BORDERED_TILE = 32, 128
 _SAMPLES_PER_UNIT = 1 << 14
 _USUAL_UNITS = 1 << 20
-_LEAST_SCATTERED_SAMPLES = 4
+_LEAST_BORDERED_SAMPLES = 4
 _MAX_DEPTH = (1 << 15) - 1
 _PILOT_PIXELS, _MOST_PILOT_PARTS = 1 << 15, 1024  # of the phase that --noise adds
 
@@ -51,6 +51,15 @@ def _gains_by_scattering(pixel_filter: camera_pb2.PixelFilter) -> bool:
     return min(radii) >= 0.8 and max(radii) <= 16
 
 
+def _has_borders(view: job_pb2.JobSpec.View) -> bool:
+    """Whether a tile takes samples beyond its edges."""
+    shares = view.path_sharing not in (
+        settings_pb2.PATH_SHARING_UNSPECIFIED,
+        settings_pb2.PATH_SHARING_OFF,
+    )
+    return shares or view.reconstruction == settings_pb2.RECONSTRUCTION_SCATTER
+
+
 def _samples_per_unit(spec: job_pb2.JobSpec) -> int:
     spp, side, crop = spec.samples.spp, spec.cut.tile_size, spec.cut.crop
     if spec.samples.noise:
@@ -60,8 +69,8 @@ def _samples_per_unit(spec: job_pb2.JobSpec) -> int:
     wanted = _floor_power(_SAMPLES_PER_UNIT // (side * side))
     fewest = _ceil_power(-(-(tiles * spp) // _USUAL_UNITS))
     samples = min(max(wanted, fewest), _ceil_power(spp))
-    if spec.view.reconstruction == settings_pb2.RECONSTRUCTION_SCATTER:
-        samples = max(samples, _LEAST_SCATTERED_SAMPLES)
+    if _has_borders(spec.view):
+        samples = max(samples, _LEAST_BORDERED_SAMPLES)
     return min(samples * longer, _ceil_power(spp))
 
 
@@ -139,7 +148,7 @@ def make_spec(
     if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):
         raise ValueError(f"the crop {crop} is empty, or not within the film")
     spec.cut.crop.CopyFrom(job_pb2.PixelRect(x0=x0, y0=y0, x1=x1, y1=y1))
-    spec.cut.tile_size = _SCATTERING_TILE if scatters else _TILE
+    spec.cut.tile_size = _BORDERED_TILE if _has_borders(view) else _TILE
     spec.cut.samples_per_unit = _samples_per_unit(spec)
     if wishes.noise:
         parts = min(max((x1 - x0) * (y1 - y0) // _PILOT_PIXELS, 1), _MOST_PILOT_PARTS)

@@ -133,11 +133,12 @@ TEST(Usage, HelpFitsEightyColumnsWithoutJargon) {
 TEST(Documentation, HasEveryOptionOfEveryProgram) {
   for (const Arguments& help : helps()) {
     const bool server = help[0] == server_program(), worker = help[0] == worker_program();
-    const std::set<std::string> documented = options_in(section(server               ? "## tessera-server"
-                                                                : worker             ? "## tessera-worker"
-                                                                : help[1] == "bench" ? "## bench"
-                                                                : help[1] == "query" ? "## query"
-                                                                                     : "## tessera"));
+    const std::set<std::string> documented = options_in(section(server                 ? "## tessera-server"
+                                                                : worker               ? "## tessera-worker"
+                                                                : help[1] == "bench"   ? "## bench"
+                                                                : help[1] == "query"   ? "## query"
+                                                                : help[1] == "compare" ? "## compare"
+                                                                                       : "## tessera"));
     const std::set<std::string> shared = options_in(section("## tessera"));
     const std::set<std::string> options = options_of(help);
     EXPECT_GT(options.size(), 0u) << help[1];

@@ -32,7 +32,7 @@ constexpr std::uint32_t kTileSize = 32;
 // 49 with tiles of 32.
 constexpr std::uint32_t kBorderedTileSize = 128;
 // Large tiles are results of many bytes: of so many samples a pixel, at least.
-constexpr std::uint32_t kLeastScatteredSamples = 4;
+constexpr std::uint32_t kLeastBorderedSamples = 4;
 // A pass returns the whole film, so that smaller ones would be more to send and to merge.
 constexpr std::uint64_t kSamplesPerPasses = std::uint64_t{1} << 18;
 
@@ -269,8 +269,7 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   const auto across = [side](std::uint32_t begin, std::uint32_t end) {
     return (end - begin + side - 1) / side + 1;
   };
-  const std::uint32_t least =
-      spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER ? kLeastScatteredSamples : 1;
+  const std::uint32_t least = has_borders(spec.view()) ? kLeastBorderedSamples : 1;
   const std::uint32_t samples =
       samples_per_unit(side * side, across(crop.x0(), crop.x1()) * across(crop.y0(), crop.y1()), spp);
   return std::min(std::max(samples, least) * longer, std::bit_ceil(spp));
