@@ -63,10 +63,7 @@ Picture measure_picture(const PictureRequest& request) {
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
   for (const std::string& warning : file->scene->warnings()) {
-    // Some tests are about just what an algorithm is blind to (build/light/unseen_light.h).
-    const bool of_blindness = warning.find("' never finds the light of ") != std::string::npos ||
-                              warning.find("' does not see what is behind ") != std::string::npos;
-    if (!of_blindness) ADD_FAILURE() << warning;
+    if (!is_of_blindness(warning)) ADD_FAILURE() << warning;
   }
   const MadePhases phases = make_phases(*file);
 
