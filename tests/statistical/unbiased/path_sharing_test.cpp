@@ -18,7 +18,8 @@
 namespace tessera::test::path_sharing_test {
 namespace {
 
-using testing::IsEmpty;
+using testing::Each;
+using testing::Truly;
 
 // A film whose size is no multiple of a group's, and a tile that begins within one.
 constexpr std::uint32_t kWidth = 18, kHeight = 14, kX0 = 3, kY0 = 1;
