@@ -58,7 +58,7 @@ std::string room(double size, Lamp lamp) {
          (lamp == Lamp::kSquare
               ? shape("white", kLamp, {0, 0, 3}, " area_light { radiance { constant: 4 } }")
               : absl::StrCat("lights { point { position { z: ", exact(3 * size),
-                             " } intensity { constant: ", exact(4 * size * size), " } } } ")) +
+                             " } intensity { constant: ", exact(0.25 * size * size), " } } } ")) +
          "materials { name: 'white' diffuse { reflectance { constant { constant: 0.6 } } } } "
          "materials { name: 'red' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.2 b: 0.1 } } } } } ";
 }
