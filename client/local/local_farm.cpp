@@ -26,10 +26,12 @@ struct LocalFarm::Parts {
   std::optional<LocalCalls> calls;
   std::unique_ptr<agent::Agent> agent;
   std::shared_ptr<std::atomic<bool>> building = std::make_shared<std::atomic<bool>>(false);
+  std::stop_source ends;
   std::jthread worker;
 
   /// The worker goes first.
   ~Parts() {
+    ends.request_stop();
     if (worker.joinable()) worker.request_stop(), worker.join();
     if (coordinator != nullptr) coordinator->request_shutdown();
   }
@@ -72,10 +74,14 @@ absl::StatusOr<std::unique_ptr<LocalFarm>> LocalFarm::start(LocalFarmOptions opt
   agent_options.isas = options.isa.empty() ? render::supported_isas() : std::vector{options.isa};
   agent_options.arithmetic_classes = render::arithmetic_classes(agent_options.isas);
   agent_options.load_scene = [geometry_read = std::move(options.geometry_read), building = parts->building,
-                              built = std::move(options.built)](
+                              built = std::move(options.built), ends = parts->ends.get_token()](
                                  const v1::Scene& scene, const v1::JobSpec& job,
                                  const render::BlobSource& blobs, render::LoadOptions load_options) {
     load_options.geometry_read = geometry_read;
+    // The job's other units need the scene, too, and there is no second time once its meshes are freed: a
+    // unit that is revoked (the checkpoint's former job was, on behalf of the new one) does not end the
+    // build.
+    load_options.stop = ends;
     if (built != nullptr) load_options.contents = built->contents.get();
     *building = true;
     auto loaded = render::load_scene(scene, job, blobs, load_options);

@@ -131,5 +131,42 @@ TEST(SceneStore, ALoadThatNobodyWantsAnyMoreIsStopped) {
   second.request_stop();
 }
 
+/// A load whose only caller has lost interest, and a second caller who comes before it ends, as it will by
+/// `end`: the number of loads, and what the second caller gets.
+std::pair<int, absl::Status> come_after_the_last(const std::function<absl::Status()>& end) {
+  std::atomic<int> loads{0};
+  std::latch loading{1}, second_comes{1};
+  SceneStore store{[&](const v1::JobSpec&, std::stop_token stop) -> absl::StatusOr<LoadedScene> {
+                     if (++loads > 1) return LoadedScene{};
+                     loading.count_down();
+                     while (!stop.stop_requested()) std::this_thread::yield();
+                     second_comes.wait();
+                     if (absl::Status status = end(); !status.ok()) return status;
+                     return LoadedScene{};
+                   },
+                   2};
+  std::stop_source first;
+  std::jthread a{[&] { store.get(spec("a"), first.get_token()).IgnoreError(); }};
+  loading.wait();
+  first.request_stop();
+  absl::Status second;
+  std::jthread b{[&] { second = store.get(spec("a"), {}).status(); }};
+  second_comes.count_down();
+  b.join();
+  return {loads, second};
+}
+
+TEST(SceneStore, AStoppedLoadThatEndsWellServesWhoeverComesNext) {
+  const auto [loads, second] = come_after_the_last([] { return absl::OkStatus(); });
+  EXPECT_TRUE(second.ok()) << second;
+  EXPECT_EQ(loads, 1);
+}
+
+TEST(SceneStore, AStoppedLoadIsDoneAnewForWhoeverComesNext) {
+  const auto [loads, second] = come_after_the_last([] { return absl::CancelledError("stopped"); });
+  EXPECT_TRUE(second.ok()) << second;
+  EXPECT_EQ(loads, 2);
+}
+
 }  // namespace
 }  // namespace tessera::agent

@@ -34,19 +34,24 @@ SceneStore::SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes)
 
 absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec,
                                                                    std::stop_token stop) {
-  std::unique_lock lock{mutex_};
-  const std::shared_ptr<Slot> slot = slot_for(spec);
-  if (slot->result) return *slot->result;
+  while (true) {
+    std::unique_lock lock{mutex_};
+    const std::shared_ptr<Slot> slot = slot_for(spec);
+    if (slot->result) return *slot->result;
 
-  ++slot->waiting;
-  lock.unlock();
-  // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may be
-  // held where this object begins or ends.
-  std::stop_callback lost_interest{stop, [this, slot] {
-                                     std::lock_guard guard{mutex_};
-                                     if (--slot->waiting == 0) slot->abandoned.request_stop();
-                                   }};
-  return load_or_wait(slot, spec, stop);
+    ++slot->waiting;
+    lock.unlock();
+    // Runs on whatever thread revokes the unit; the last caller to lose interest stops the load. No lock may
+    // be held where this object begins or ends.
+    std::stop_callback lost_interest{stop, [this, slot] {
+                                       std::lock_guard guard{mutex_};
+                                       if (--slot->waiting == 0) slot->abandoned.request_stop();
+                                     }};
+    absl::StatusOr<std::shared_ptr<const LoadedScene>> scene = load_or_wait(slot, spec, stop);
+    // The load was stopped before this caller came, for want of others.
+    const bool came_too_late = absl::IsCancelled(scene.status()) && slot->abandoned.stop_requested();
+    if (!came_too_late || stop.stop_requested()) return scene;
+  }
 }
 
 absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(const std::shared_ptr<Slot>& slot,
@@ -78,9 +83,8 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
 
 std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec) {
   const std::string key = key_of(spec);
-  const auto found = std::find_if(slots_.begin(), slots_.end(), [&](const auto& slot) {
-    return slot->key == key && (slot->result || !slot->abandoned.stop_requested());
-  });
+  const auto found =
+      std::find_if(slots_.begin(), slots_.end(), [&](const auto& slot) { return slot->key == key; });
   if (found != slots_.end()) {
     slots_.splice(slots_.begin(), slots_, found);
     return slots_.front();

@@ -37,8 +37,9 @@ class SceneStore {
   SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes = SIZE_MAX);
 
   /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose
-  /// callers have all been stopped is stopped too. A failed load is not remembered: whoever comes next tries
-  /// again.
+  /// callers have all been stopped is stopped too; whoever comes before it has ended takes its scene where it
+  /// ends well all the same, and else loads anew: no scene is loaded twice at once. A failed load is not
+  /// remembered: whoever comes next tries again.
   absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::stop_token stop);
 
   struct Held {
