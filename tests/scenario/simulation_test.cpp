@@ -84,6 +84,16 @@ TEST(Simulation, TheJournalSurvivesPowerFailuresAndFullDisks) {
   EXPECT_GT(counts.disk_full, count / 40);
 }
 
+// Worlds beyond those that everybody runs in which the simulator was wrong, or the scheduler.
+TEST(Simulation, FormerFailuresOnADisk) {
+  // 930: the power fails in a commit that has a dispute alone, and the third host is asked after the restart.
+  for (const std::uint64_t seed : {930}) {
+    Simulation simulation({.seed = seed, .real_journal = true});
+    EXPECT_EQ(simulation.run(), "") << "seed " << seed;
+    EXPECT_GT(simulation.counts().power_failures, 0u) << "seed " << seed;
+  }
+}
+
 TEST(Simulation, ThousandsOfWorkers) {
   run_seeds(test::how_often("TESSERA_SCHEDULES", 1, 1), /*real_journal=*/false,
             /*workers=*/test::long_form() ? 2000 : 1000);
