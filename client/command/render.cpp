@@ -25,6 +25,8 @@
 #include "command/report/time_spent.h"
 #include "display/tev.h"
 #include "farm/job_calls.h"
+#include "image/exr.h"
+#include "image/exr/rows.h"
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
 #include "wire/version.h"
@@ -84,13 +86,15 @@ std::vector<std::filesystem::path> other_folders() {
 }
 
 /// The image could not be written, and no checkpoint has its results: it is kept elsewhere, if that can be.
-void keep_image(const Image& image, const RenderOptions& options) {
+void keep_image(const FollowedJob& followed, const RenderOptions& options) {
   for (const std::filesystem::path& folder : other_folders()) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
     const std::string name = std::filesystem::path(options.output).stem().string();
     const std::string path = (folder / absl::StrCat(name, "-", getpid(), ".exr")).string();
-    if (!write_image(image, path).ok()) continue;
+    const Image& image = *followed.image;
+    if (!(followed.rows ? write_exr(image, *followed.rows, path, {}) : write_image(image, path)).ok())
+      continue;
     report(kIncomplete, absl::StrCat("the image is in ", path, " instead"));
     return;
   }
@@ -154,7 +158,10 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
     std::cerr << "tessera: the picture grows at http://127.0.0.1:" << port << "/" << std::endl;
 
   const Clock::time_point start = Clock::now();
-  FollowOptions how{.quiet = options.quiet, .frame_memory = frame_memory(options.output, options.exr, spec)};
+  FollowOptions how{
+      .quiet = options.quiet,
+      .frame_memory = frame_memory(options.output, options.exr, options.job.denoise.has_value()),
+      .mattes = loaded->mattes(options)};
   if (absl::Status s = show_in_tev(options, spec, how); !s.ok())
     return report(kUsage, std::string{s.message()});
   absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, how, ended.get_token());
@@ -165,8 +172,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   denoise_result(options, spec, *followed);
   exit_code = deliver(*followed, spec, options.output, options.exr, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
-  if (followed->image && !followed->rows && !followed->written && options.checkpoint.empty())
-    keep_image(*followed->image, options);
+  if (followed->image && !followed->written && options.checkpoint.empty()) keep_image(*followed, options);
   is_whole = followed->written && followed->status.state() == v1::DONE;
   const TimeSpent spent = time_spent(
       followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,

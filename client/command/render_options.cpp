@@ -248,8 +248,12 @@ void LoadedJob::free_blobs() {
 }
 
 void LoadedJob::describe(const RenderOptions& options, Image& image) const {
-  add_scene_facts(imported.scene, job->spec, options.exr.matte_ranks, image);
+  add_scene_facts(imported.scene, job->spec, image);
   if (options.frame) add_frame_facts(*options.frame, rate, image);
+}
+
+std::vector<MatteList> LoadedJob::mattes(const RenderOptions& options) const {
+  return mattes_of(imported.scene, options.exr.matte_ranks);
 }
 
 void LoadedJob::free_meshes() {

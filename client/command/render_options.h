@@ -12,6 +12,7 @@
 #include "command/jobs/auto_choice.h"
 #include "command/jobs/job_settings.h"
 #include "command/report/output.h"
+#include "image/cryptomatte.h"
 #include "import/gltf/gltf_options.h"
 #include "import/import.h"
 
@@ -82,6 +83,8 @@ struct LoadedJob {
   void free_blobs();
   /// Adds to the job's image what its file tells of scene and frame.
   void describe(const RenderOptions& options, Image& image) const;
+  /// The Cryptomattes of its pictures, with names of the scene, which must outlive them.
+  std::vector<MatteList> mattes(const RenderOptions& options) const;
   /// "file:line:column: message", one a warning.
   std::vector<std::string> warning_lines() const;
 };

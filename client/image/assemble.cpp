@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "image/hole_marker.h"
 
 namespace tessera::client {
 namespace {
@@ -63,40 +64,71 @@ absl::StatusOr<Assembler> Assembler::create(AssemblyOptions options) {
       std::uint32_t(crop.x1) > options.width || std::uint32_t(crop.y1) > options.height) {
     return fail("the crop is empty or not inside the film");
   }
-  const std::uint64_t pixels = std::uint64_t(crop.width()) * std::uint64_t(crop.height());
-  const std::uint64_t bytes = pixels * (options.channels.size() + 1) * sizeof(float);
-  const bool in_file = options.tile_size > 0 && bytes > options.max_frame_bytes;
-  if (pixels > (in_file ? kMaxPixelsInFile : kMaxPixels)) return fail("the crop is too large");
   if (options.spp == 0 || options.channels.empty()) return fail("no samples or no channels");
   if (2 * std::uint64_t{options.overscan} >= std::min(options.width, options.height))
     return fail("nothing of the film is within the overscan");
-  std::unique_ptr<TileFile> file;
-  if (in_file) {
-    auto created =
-        TileFile::create(crop, static_cast<std::int32_t>(options.tile_size), options.channels.size() + 1);
-    if (!created.ok()) return created.status();
-    file = *std::move(created);
-  }
-  return Assembler(std::move(options), std::move(file));
+  Assembler assembler(std::move(options));
+  if (absl::Status status = assembler.make_frame(); !status.ok()) return status;
+  return assembler;
 }
 
-Assembler::Assembler(AssemblyOptions options, std::unique_ptr<TileFile> file)
-    : options_(std::move(options)), file_(std::move(file)), store_(0) {
+/// Names the planes of the frame: channels as they are, Cryptomattes, and the number of samples.
+Assembler::Assembler(AssemblyOptions options) : options_(std::move(options)), store_(0) {
   frame_.data = options_.crop;
   frame_.display = {0, 0, std::int32_t(options_.width), std::int32_t(options_.height)};
-  const auto add = [&](const std::string& name) {
-    if (file_) {
-      frame_.channels.push_back({name, {}});
-    } else {
-      frame_.add(name);
+  const std::vector<wire::ChannelDesc>& channels = options_.channels;
+  std::vector<bool> in_matte(channels.size(), false);
+  for (const MatteList& list : options_.mattes) {
+    const auto is_of_list = [&](const wire::ChannelDesc& channel) {
+      return channel.name.starts_with(absl::StrCat(list.list, "."));
+    };
+    const auto first = std::ranges::find_if(channels, is_of_list);
+    const auto end = std::find_if_not(first, channels.end(), is_of_list);
+    if (end - first < 2) continue;
+    const auto first_channel = static_cast<std::size_t>(first - channels.begin());
+    const auto count = static_cast<std::size_t>(end - first);
+    mattes_.push_back({MatteResolver(list), first_channel, count, 0, 0});
+    std::fill_n(in_matte.begin() + (first - channels.begin()), count, true);
+  }
+  for (std::size_t c = 0; c < channels.size(); ++c) {
+    if (in_matte[c]) continue;
+    plain_.push_back(c);
+    frame_.channels.push_back({channels[c].name, {}});
+  }
+  for (Matte& matte : mattes_) {
+    matte.first_plane = frame_.channels.size();
+    for (std::string& name : matte.resolver.planes()) frame_.channels.push_back({std::move(name), {}});
+    matte.planes = frame_.channels.size() - matte.first_plane;
+  }
+  frame_.channels.push_back({"samples", {}});
+}
+
+/// Makes room for the pixels: in memory, or in a file.
+absl::Status Assembler::make_frame() {
+  const Window& crop = options_.crop;
+  const std::uint64_t pixels = std::uint64_t(crop.width()) * std::uint64_t(crop.height());
+  const std::uint64_t bytes = pixels * frame_.channels.size() * sizeof(float);
+  const std::size_t most = options_.max_frame_bytes;
+  const bool in_file = options_.tile_size > 0 && bytes > most;
+  if (pixels > (in_file ? kMaxPixelsInFile : kMaxPixels))
+    return absl::InvalidArgumentError("assembly: the crop is too large");
+  if (in_file) {
+    std::vector<std::size_t> marked;
+    for (std::size_t plane = 0; plane < frame_.channels.size(); ++plane) {
+      if (marks_holes(frame_.channels[plane].name)) marked.push_back(plane);
     }
-  };
-  for (const wire::ChannelDesc& channel : options_.channels) add(channel.name);
-  add("samples");
-  owner_.resize(file_ ? file_->tiles() : frame_.pixel_count());
-  const std::size_t frame_bytes =
-      file_ ? options_.max_frame_bytes : frame_.channels.size() * frame_.pixel_count() * sizeof(float);
-  store_ = NodeStore(options_.max_pending_bytes ? options_.max_pending_bytes : 4 * frame_bytes);
+    auto created = TileFile::create(crop, static_cast<std::int32_t>(options_.tile_size),
+                                    frame_.channels.size(), std::move(marked));
+    if (!created.ok()) return created.status();
+    file_ = *std::move(created);
+  } else {
+    for (Channel& channel : frame_.channels) channel.values.resize(pixels);
+  }
+  owner_.resize(file_ ? file_->tiles() : pixels);
+  const std::size_t left = file_ ? most : most - std::min<std::size_t>(most, bytes);
+  store_ = NodeStore(options_.max_pending_bytes ? options_.max_pending_bytes
+                                                : std::min<std::size_t>(4 * bytes, left));
+  return absl::OkStatus();
 }
 
 std::uint64_t Assembler::samples_total() const { return std::uint64_t{frame_.pixel_count()} * options_.spp; }
@@ -210,31 +242,45 @@ absl::Status Assembler::add(wire::TileResult result) {
   return absl::OkStatus();
 }
 
-absl::Status Assembler::put_in_file(const Tile& tile, const wire::TileResult& sums) {
-  const std::size_t pixels = sums.pixel_count(), channels = options_.channels.size();
-  std::vector<float> values((channels + 1) * pixels);
-  for (std::size_t c = 0; c < channels; ++c) {
-    for (std::size_t i = 0; i < pixels; ++i)
-      values[c * pixels + i] =
-          pixel_value(options_.channels[c], c, sums.values[c * pixels + i], sums.counts[i]);
+void Assembler::to_planes(const wire::TileResult& sums, std::size_t begin, std::size_t count,
+                          std::span<float> planes) {
+  const std::size_t pixels = sums.pixel_count();
+  const auto value = [&](std::size_t c, std::size_t i) {
+    return pixel_value(options_.channels[c], c, sums.values[c * pixels + begin + i], sums.counts[begin + i]);
+  };
+  for (std::size_t plane = 0; plane < plain_.size(); ++plane) {
+    for (std::size_t i = 0; i < count; ++i) planes[plane * count + i] = value(plain_[plane], i);
   }
-  std::ranges::copy(sums.counts, values.begin() + static_cast<std::ptrdiff_t>(channels * pixels));
-  return file_->put(tile.pixels, values);
+  std::vector<float> entries, ranks;
+  for (Matte& matte : mattes_) {
+    entries.resize(matte.channels);
+    ranks.resize(matte.planes);
+    for (std::size_t i = 0; i < count; ++i) {
+      for (std::size_t c = 0; c < matte.channels; ++c) entries[c] = value(matte.first_channel + c, i);
+      matte.resolver.resolve(entries, ranks);
+      for (std::size_t rank = 0; rank < matte.planes; ++rank)
+        planes[(matte.first_plane + rank) * count + i] = ranks[rank];
+    }
+  }
+  const std::span<float> samples = planes.last(count);
+  for (std::size_t i = 0; i < count; ++i) samples[i] = static_cast<float>(sums.counts[begin + i]);
 }
 
 absl::Status Assembler::put_in_frame(const Tile& tile, const wire::TileResult& sums) {
-  if (file_) return put_in_file(tile, sums);
-  const std::size_t tile_width = std::size_t(tile.pixels.width());
-  const std::size_t frame_width = std::size_t(options_.crop.width());
-  const std::size_t corner = std::size_t(tile.pixels.y0 - options_.crop.y0) * frame_width +
-                             std::size_t(tile.pixels.x0 - options_.crop.x0);
-  std::vector<float>& samples = frame_.channels.back().values;
-  for (std::size_t i = 0; i < sums.pixel_count(); ++i) {
-    const std::size_t target = corner + i / tile_width * frame_width + i % tile_width;
-    samples[target] = static_cast<float>(sums.counts[i]);
-    for (std::size_t c = 0; c < options_.channels.size(); ++c) {
-      frame_.channels[c].values[target] =
-          pixel_value(options_.channels[c], c, sums.values[c * sums.pixel_count() + i], sums.counts[i]);
+  // The file has whole tiles, the frame in memory their rows.
+  const std::size_t width = std::size_t(tile.pixels.width());
+  const std::size_t count = file_ ? sums.pixel_count() : width;
+  std::vector<float> planes(frame_.channels.size() * count);
+  if (file_) {
+    to_planes(sums, 0, count, planes);
+    return file_->put(tile.pixels, planes);
+  }
+  for (std::int32_t y = tile.pixels.y0; y < tile.pixels.y1; ++y) {
+    to_planes(sums, std::size_t(y - tile.pixels.y0) * width, width, planes);
+    const std::size_t target = std::size_t(y - options_.crop.y0) * std::size_t(options_.crop.width()) +
+                               std::size_t(tile.pixels.x0 - options_.crop.x0);
+    for (std::size_t plane = 0; plane < frame_.channels.size(); ++plane) {
+      std::copy_n(planes.data() + plane * width, width, frame_.channels[plane].values.data() + target);
     }
   }
   return absl::OkStatus();
@@ -247,15 +293,13 @@ void Assembler::list_missing(std::vector<Hole>& holes) const {
 }
 
 void Assembler::mark_missing(std::vector<Hole>& holes) {
-  constexpr std::int32_t kSquare = 8;  // pixels
   const Window& crop = options_.crop;
   for (Channel& channel : frame_.channels) {
-    const bool magenta = channel.name == "R" || channel.name == "B";
-    if (!magenta) continue;
+    if (!marks_holes(channel.name)) continue;
     for (std::size_t i = 0; i < owner_.size(); ++i) {
       const std::int32_t x = crop.x0 + static_cast<std::int32_t>(i) % crop.width();
       const std::int32_t y = crop.y0 + static_cast<std::int32_t>(i) / crop.width();
-      if (owner_[i] == 0 && (x / kSquare + y / kSquare) % 2 == 0) channel.values[i] = 1.0f;
+      if (owner_[i] == 0) channel.values[i] = hole_marker(x, y);
     }
   }
   for (std::int32_t y = crop.y0; y < crop.y1; ++y) {
@@ -307,6 +351,7 @@ absl::StatusOr<Assembly> Assembler::finish() && {
   if (assembly.incomplete_pixels > 0 && file_) list_missing(assembly.holes);
   if (assembly.incomplete_pixels > 0 && !file_) mark_missing(assembly.holes);
   if (!options_.samples_channel) frame_.channels.pop_back();
+  for (const Matte& matte : mattes_) matte.resolver.describe(frame_);
   const auto shift = static_cast<std::int32_t>(options_.overscan);
   frame_.data = moved(frame_.data, -shift);
   frame_.display = {0, 0, frame_.display.x1 - 2 * shift, frame_.display.y1 - 2 * shift};

@@ -4,10 +4,12 @@
 #include <cstdint>
 #include <map>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "image/cryptomatte.h"
 #include "image/image.h"
 #include "image/node_store.h"
 #include "image/tile_file.h"
@@ -20,11 +22,13 @@ struct AssemblyOptions {
   Window crop;                          // what is rendered of it
   std::uint32_t spp = 0;
   std::vector<wire::ChannelDesc> channels;  // wire::channels_for_aovs
-  bool samples_channel = true;              // "samples": how many samples each pixel got
+  // Lists among the channels that become Cryptomattes; others stay as they are.
+  std::vector<MatteList> mattes;
+  bool samples_channel = true;  // "samples": how many samples each pixel got
   // Pixels of the film on each side that are none of the display window, whose corner is (0, 0) of the image.
   std::uint32_t overscan = 0;
   // Results that wait for their sibling go to a temporary file when they need more bytes than this. 0: four
-  // frames.
+  // frames, and with the frame no more than max_frame_bytes.
   std::size_t max_pending_bytes = 0;
   // A frame of more bytes than this goes to a temporary file, tile by tile, where its tiles are squares of
   // `tile_size` on a grid from (0, 0); 0: they may be any rectangles, and the frame is kept in memory.
@@ -66,8 +70,7 @@ class Assembler {
   bool complete() const { return samples_done_ == samples_total(); }
 
   /// The image. A pixel that lacks samples is the mean of those it has; `samples` tells how many that was.
-  /// One that has none shows a checkerboard of black and magenta in R, G and B, for nobody to take it for a
-  /// dark corner, and 0 in all other channels; black in a frame that is in a file. Every value is finite.
+  /// One that has none is marked (hole_marker.h), and 0 in all other channels. Every value is finite.
   absl::StatusOr<Assembly> finish() &&;
 
  private:
@@ -82,19 +85,30 @@ class Assembler {
     std::map<std::uint32_t, Node> nodes;
   };
 
-  Assembler(AssemblyOptions options, std::unique_ptr<TileFile> file);
+  explicit Assembler(AssemblyOptions options);
+  absl::Status make_frame();
   absl::Status check_result(const wire::TileResult& result) const;
   absl::StatusOr<Tile*> find_tile(const wire::TileResult& result);
   absl::StatusOr<Tile*> find_file_tile(const Window& pixels, const wire::TileResult& result);
   absl::StatusOr<wire::TileResult> merge_siblings(Tile& tile, wire::TileResult result);
+  /// Planes of the frame from sums: those of pixels [begin, begin + count), `count` values of each plane, one
+  /// plane behind the other.
+  void to_planes(const wire::TileResult& sums, std::size_t begin, std::size_t count, std::span<float> planes);
   absl::Status put_in_frame(const Tile& tile, const wire::TileResult& sums);
-  absl::Status put_in_file(const Tile& tile, const wire::TileResult& sums);
   /// Marks the pixels that no tile has, and appends them to `holes`.
   void mark_missing(std::vector<Hole>& holes);
   /// The same of a frame in a file, where they stay black.
   void list_missing(std::vector<Hole>& holes) const;
 
+  /// A Cryptomatte among the planes, and the channels of results of which it is made.
+  struct Matte {
+    MatteResolver resolver;
+    std::size_t first_channel, channels, first_plane, planes;
+  };
+
   AssemblyOptions options_;
+  std::vector<std::size_t> plain_;  // channels of results that are planes, in order; then come Cryptomattes
+  std::vector<Matte> mattes_;
   Image frame_;
   std::unique_ptr<TileFile> file_;  // in place of the frame's pixels; null: they are in memory
   // Per pixel of the crop, or per tile of the file: 1 + index into tiles_, 0 for none yet.

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <cstring>
-#include <map>
 #include <nlohmann/json.hpp>
 #include <utility>
 #include <vector>
@@ -14,30 +14,6 @@ namespace tessera::client {
 namespace {
 
 std::uint32_t mixed_block(std::uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 15) * 0x1b873593u; }
-
-/// The names so far.
-class Manifest {
- public:
-  explicit Manifest(const std::function<std::string(std::int64_t)>& name_of) : name_of_(name_of) {}
-
-  float identifier_of(float number) {
-    const auto known = identifiers_.find(number);
-    if (known != identifiers_.end()) return known->second;
-    const std::string name = name_of_(static_cast<std::int64_t>(number));
-    const float identifier = matte_identifier(name);
-    json_[name] = absl::StrFormat("%08x", std::bit_cast<std::uint32_t>(identifier));
-    return identifiers_[number] = identifier;
-  }
-  /// Names are what the author wrote, in whatever encoding.
-  std::string text() const {
-    return json_.dump(-1, ' ', true, nlohmann::ordered_json::error_handler_t::replace);
-  }
-
- private:
-  const std::function<std::string(std::int64_t)>& name_of_;
-  std::map<float, float> identifiers_;
-  nlohmann::ordered_json json_ = nlohmann::ordered_json::object();
-};
 
 /// Identifier and coverage.
 using Matte = std::pair<float, float>;
@@ -86,42 +62,54 @@ float matte_identifier(std::string_view name) {
   return std::bit_cast<float>(hash);
 }
 
-void resolve_mattes(std::string_view list, const std::string& name, std::uint32_t ranks,
-                    const std::function<std::string(std::int64_t)>& name_of, Image& image) {
-  const std::string prefix = std::string(list) + ".";
-  std::vector<Channel> raw;
-  std::vector<Channel> others;
-  for (Channel& channel : image.channels)
-    (channel.name.starts_with(prefix) ? raw : others).push_back(std::move(channel));
-  image.channels = std::move(others);
-  if (raw.size() < 2) return;
-  const std::size_t first = image.channels.size();
-  for (std::uint32_t layer = 0; layer < (ranks + 1) / 2; ++layer) {
+std::vector<std::string> MatteResolver::planes() const {
+  std::vector<std::string> names;
+  for (std::uint32_t layer = 0; layer < (list_.ranks + 1) / 2; ++layer) {
     for (const char* const band : {"R", "G", "B", "A"})
-      image.add(absl::StrFormat("%s%02u.%s", name, layer, band));
+      names.push_back(absl::StrFormat("%s%02u.%s", list_.name, layer, band));
   }
-  Manifest manifest(name_of);
-  std::vector<Matte> mattes;
-  for (std::size_t i = 0; i < image.pixel_count(); ++i) {
-    mattes.clear();
-    for (std::size_t entry = 0; entry + 1 < raw.size(); entry += 2) {
-      if (const float coverage = raw[entry + 1].values[i]; coverage != 0)
-        add_matte(manifest.identifier_of(raw[entry].values[i]), coverage, mattes);
-    }
-    sort_mattes(mattes);
-    for (std::size_t rank = 0; rank < std::min<std::size_t>(mattes.size(), ranks); ++rank) {
-      // Filters with negative lobes give coverages below 0, and above 1.
-      const float coverage = std::clamp(mattes[rank].second, 0.0f, 1.0f);
-      if (coverage == 0) break;
-      image.channels[first + 2 * rank].values[i] = mattes[rank].first;
-      image.channels[first + 2 * rank + 1].values[i] = coverage;
-    }
+  return names;
+}
+
+float MatteResolver::identifier_of(float number) {
+  const auto [known, is_new] = identifiers_.try_emplace(std::bit_cast<std::uint32_t>(number));
+  if (is_new) {
+    constexpr float kMost = 0x1p62f;  // results come from elsewhere
+    const std::string name =
+        list_.name_of(std::abs(number) < kMost ? static_cast<std::int64_t>(number) : std::int64_t{0});
+    known->second = matte_identifier(name);
+    manifest_.emplace(name, known->second);
   }
-  const std::string key = absl::StrFormat("cryptomatte/%07x/", matte_hash(name) >> 4);
-  image.metadata[key + "name"] = name;
+  return known->second;
+}
+
+void MatteResolver::resolve(std::span<const float> entries, std::span<float> ranks) {
+  mattes_.clear();
+  for (std::size_t entry = 0; entry + 1 < entries.size(); entry += 2) {
+    if (const float coverage = entries[entry + 1]; coverage != 0)
+      add_matte(identifier_of(entries[entry]), coverage, mattes_);
+  }
+  sort_mattes(mattes_);
+  std::ranges::fill(ranks, 0.0f);
+  for (std::size_t rank = 0; rank < std::min<std::size_t>(mattes_.size(), list_.ranks); ++rank) {
+    // Filters with negative lobes give coverages below 0, and above 1.
+    const float coverage = std::clamp(mattes_[rank].second, 0.0f, 1.0f);
+    if (coverage == 0) break;
+    ranks[2 * rank] = mattes_[rank].first;
+    ranks[2 * rank + 1] = coverage;
+  }
+}
+
+void MatteResolver::describe(Image& image) const {
+  nlohmann::json manifest = nlohmann::json::object();
+  for (const auto& [name, identifier] : manifest_)
+    manifest[name] = absl::StrFormat("%08x", std::bit_cast<std::uint32_t>(identifier));
+  const std::string key = absl::StrFormat("cryptomatte/%07x/", matte_hash(list_.name) >> 4);
+  image.metadata[key + "name"] = list_.name;
   image.metadata[key + "hash"] = std::string("MurmurHash3_32");
   image.metadata[key + "conversion"] = std::string("uint32_to_float32");
-  image.metadata[key + "manifest"] = manifest.text();
+  // Names are what the author wrote, in whatever encoding.
+  image.metadata[key + "manifest"] = manifest.dump(-1, ' ', true, nlohmann::json::error_handler_t::replace);
 }
 
 }  // namespace tessera::client

@@ -4,8 +4,13 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
+#include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
+#include <utility>
+#include <vector>
 
 #include "image/image.h"
 
@@ -19,11 +24,38 @@ float matte_identifier(std::string_view name);
 
 inline constexpr std::uint32_t kMatteRanks = 6;
 
-/// Turns a list of identifiers as results have it (wire::ChannelKind::kEntry: channels "LIST.id0",
-/// "LIST.weight0" ...) into the channels and metadata of Cryptomatte `name`: the things of the largest
-/// coverages, `ranks` of them, two to each of the layers NAME00, NAME01 ... `name_of` names what a number
-/// stands for; things of one name are one. Nothing where the image has no such list.
-void resolve_mattes(std::string_view list, const std::string& name, std::uint32_t ranks,
-                    const std::function<std::string(std::int64_t)>& name_of, Image& image);
+/// A list of identifiers as results have it (wire::ChannelKind::kEntry: channels "LIST.id0", "LIST.weight0"
+/// ...), and the Cryptomatte that it becomes.
+struct MatteList {
+  std::string list;
+  std::string name;
+  std::uint32_t ranks = kMatteRanks;  // things that a pixel tells, at most
+  std::function<std::string(std::int64_t)>
+      name_of;  // of what a number stands for; things of one name are one
+};
+
+/// Makes a Cryptomatte pixel by pixel, in any order: the things of the largest coverages, two to each of the
+/// layers NAME00, NAME01 ... Keeps the names of all things that it met.
+class MatteResolver {
+ public:
+  explicit MatteResolver(MatteList list) : list_(std::move(list)) {}
+
+  /// Names of the planes, "NAME00.R" and so on.
+  std::vector<std::string> planes() const;
+  /// `entries`: pairs of identifier and weight. `ranks`, a value for each plane, becomes pairs of hash and
+  /// coverage, the largest first, then zeros.
+  void resolve(std::span<const float> entries, std::span<float> ranks);
+  /// Adds the attributes of Cryptomatte. Their manifest is sorted by name, so that it is the same whatever
+  /// the order of the pixels.
+  void describe(Image& image) const;
+
+ private:
+  float identifier_of(float number);
+
+  MatteList list_;
+  std::unordered_map<std::uint32_t, float> identifiers_;  // by the number's bits
+  std::map<std::string, float> manifest_;
+  std::vector<std::pair<float, float>> mattes_;  // of the pixel: identifier and coverage
+};
 
 }  // namespace tessera::client

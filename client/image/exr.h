@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,8 +30,9 @@ struct ExrFormat {
   std::uint32_t tile_size = 0;    // pixels each way; 0: scanlines
   bool mipmaps = false;           // with tiles: each level half as large, a mean of four pixels
   std::uint32_t matte_ranks = 6;  // things that a pixel of Cryptomatte tells (image/cryptomatte.h)
-  // Pixels of a larger frame are kept in a temporary file until they are written, bytes.
-  std::uint64_t frame_memory = std::uint64_t{1} << 30;
+  // Pixels of a larger frame are kept in a temporary file until they are written, bytes; absent: by what the
+  // machine has.
+  std::optional<std::uint64_t> frame_memory{};
   // Texts beside the image's own metadata.
   std::vector<std::pair<std::string, std::string>> attributes{};
 };

@@ -8,8 +8,10 @@
 #include <cstring>
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "image/hole_marker.h"
 
 namespace tessera::client {
 namespace {
@@ -35,7 +37,8 @@ absl::Status transfer(Call call, int file, Byte* bytes, std::size_t size, std::s
 }  // namespace
 
 absl::StatusOr<std::unique_ptr<TileFile>> TileFile::create(const Window& crop, std::int32_t tile_size,
-                                                           std::size_t planes) {
+                                                           std::size_t planes,
+                                                           std::vector<std::size_t> marked) {
   std::error_code error;
   std::filesystem::path folder = std::filesystem::temp_directory_path(error);
   if (error) folder = "/tmp";
@@ -43,10 +46,11 @@ absl::StatusOr<std::unique_ptr<TileFile>> TileFile::create(const Window& crop, s
   const int file = ::mkstemp(name.data());
   if (file < 0) return fault("create", errno);
   ::unlink(name.c_str());  // it goes away with this process, however that ends
-  return std::unique_ptr<TileFile>(new TileFile(file, crop, tile_size, planes));
+  return std::unique_ptr<TileFile>(new TileFile(file, crop, tile_size, planes, std::move(marked)));
 }
 
-TileFile::TileFile(int file, const Window& crop, std::int32_t tile_size, std::size_t planes)
+TileFile::TileFile(int file, const Window& crop, std::int32_t tile_size, std::size_t planes,
+                   std::vector<std::size_t> marked)
     : file_(file),
       crop_(crop),
       tile_size_(tile_size),
@@ -55,7 +59,9 @@ TileFile::TileFile(int file, const Window& crop, std::int32_t tile_size, std::si
       first_row_(crop.y0 / tile_size),
       columns_((crop.x1 - 1) / tile_size - first_column_ + 1),
       rows_((crop.y1 - 1) / tile_size - first_row_ + 1),
-      there_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)) {}
+      marked_(std::move(marked)),
+      there_(static_cast<std::size_t>(columns_) * static_cast<std::size_t>(rows_)),
+      bands_(planes) {}
 
 TileFile::~TileFile() { ::close(file_); }
 
@@ -83,43 +89,57 @@ absl::Status TileFile::put(const Window& pixels, std::span<const float> values) 
                   index * slot, "write");
 }
 
-absl::Status TileFile::load_band(std::int32_t row) {
+/// Marks these pixels in the band of a plane that is their row of tiles.
+void TileFile::mark(const Window& pixels, std::vector<float>& band) const {
   const auto width = static_cast<std::size_t>(crop_.width());
-  const Window first = window_of(0, row);
-  const auto height = static_cast<std::size_t>(first.height());
-  band_.assign(planes_ * width * height, 0.0f);
+  for (std::int32_t y = pixels.y0; y < pixels.y1; ++y) {
+    for (std::int32_t x = pixels.x0; x < pixels.x1; ++x) {
+      band[static_cast<std::size_t>(y - pixels.y0) * width + static_cast<std::size_t>(x - crop_.x0)] =
+          hole_marker(x, y);
+    }
+  }
+}
+
+absl::Status TileFile::load_band(std::size_t plane, std::int32_t row) {
+  Band& band = bands_[plane];
+  band.row = -1;
+  const auto width = static_cast<std::size_t>(crop_.width());
+  const auto height = static_cast<std::size_t>(window_of(0, row).height());
+  band.values.assign(width * height, 0.0f);
   const std::size_t slot =
       static_cast<std::size_t>(tile_size_) * static_cast<std::size_t>(tile_size_) * planes_ * sizeof(float);
+  const bool marks = std::ranges::find(marked_, plane) != marked_.end();
   std::vector<float> tile;
   for (std::int32_t column = 0; column < columns_; ++column) {
     const Window pixels = window_of(column, row);
     const std::size_t index = index_of(pixels.x0, pixels.y0);
-    if (!there_[index]) continue;
+    if (!there_[index]) {
+      if (marks) mark(pixels, band.values);
+      continue;
+    }
     const auto tile_width = static_cast<std::size_t>(pixels.width());
-    tile.resize(planes_ * tile_width * height);
-    if (absl::Status status = transfer(::pread, file_, reinterpret_cast<char*>(tile.data()),
-                                       tile.size() * sizeof(float), index * slot, "read");
+    tile.resize(tile_width * height);
+    const std::size_t bytes = tile.size() * sizeof(float);
+    if (absl::Status status = transfer(::pread, file_, reinterpret_cast<char*>(tile.data()), bytes,
+                                       index * slot + plane * bytes, "read");
         !status.ok())
       return status;
-    // Rows of all planes, one behind the other, in the tile as in the band.
-    for (std::size_t line = 0; line < planes_ * height; ++line) {
+    for (std::size_t line = 0; line < height; ++line) {
       std::copy_n(tile.data() + line * tile_width, tile_width,
-                  band_.data() + line * width + static_cast<std::size_t>(pixels.x0 - crop_.x0));
+                  band.values.data() + line * width + static_cast<std::size_t>(pixels.x0 - crop_.x0));
     }
   }
-  band_row_ = row;
+  band.row = row;
   return absl::OkStatus();
 }
 
 absl::Status TileFile::read(std::size_t plane, std::int32_t y, std::span<float> row) {
   const std::int32_t tile_row = (y + crop_.y0) / tile_size_ - first_row_;
-  if (tile_row != band_row_) {
-    if (absl::Status status = load_band(tile_row); !status.ok()) return status;
+  if (bands_[plane].row != tile_row) {
+    if (absl::Status status = load_band(plane, tile_row); !status.ok()) return status;
   }
-  const Window band = window_of(0, tile_row);
-  const std::size_t line =
-      plane * static_cast<std::size_t>(band.height()) + static_cast<std::size_t>(y + crop_.y0 - band.y0);
-  std::copy_n(band_.data() + line * row.size(), row.size(), row.begin());
+  const auto line = static_cast<std::size_t>(y + crop_.y0 - window_of(0, tile_row).y0);
+  std::copy_n(bands_[plane].values.data() + line * row.size(), row.size(), row.begin());
   return absl::OkStatus();
 }
 

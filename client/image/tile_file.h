@@ -15,12 +15,15 @@
 
 namespace tessera::client {
 
-/// Squares on a grid from (0, 0) of the film, cut by `crop`. Memory: a row of tiles, and a bit a tile.
+/// Squares on a grid from (0, 0) of the film, cut by `crop`. Memory: a row of tiles, of the planes that are
+/// read, and a bit a tile.
 class TileFile final : public Rows {
  public:
-  /// `planes` values a pixel. Internal when there can be no temporary file.
+  /// `planes` values a pixel; `marked` are those in which pixels that no tile has are marked
+  /// (hole_marker.h). Internal when there can be no temporary file.
   static absl::StatusOr<std::unique_ptr<TileFile>> create(const Window& crop, std::int32_t tile_size,
-                                                          std::size_t planes);
+                                                          std::size_t planes,
+                                                          std::vector<std::size_t> marked = {});
   ~TileFile() override;
   TileFile(const TileFile&) = delete;
   TileFile& operator=(const TileFile&) = delete;
@@ -29,7 +32,7 @@ class TileFile final : public Rows {
   bool is_tile(const Window& pixels) const;
   /// A tile's planes, one behind the other. Internal, here and below, when the disk does not take it.
   absl::Status put(const Window& pixels, std::span<const float> values);
-  /// Rows of pixels that no tile has are 0.
+  /// Pixels that no tile has are 0, or marked.
   absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) override;
 
   std::size_t tiles() const { return there_.size(); }
@@ -41,18 +44,25 @@ class TileFile final : public Rows {
   }
 
  private:
-  TileFile(int file, const Window& crop, std::int32_t tile_size, std::size_t planes);
+  TileFile(int file, const Window& crop, std::int32_t tile_size, std::size_t planes,
+           std::vector<std::size_t> marked);
   Window window_of(std::int32_t column, std::int32_t row) const;
-  absl::Status load_band(std::int32_t row);
+  absl::Status load_band(std::size_t plane, std::int32_t row);
+  void mark(const Window& pixels, std::vector<float>& band) const;
 
   const int file_;
   const Window crop_;
   const std::int32_t tile_size_;
   const std::size_t planes_;
   const std::int32_t first_column_, first_row_, columns_, rows_;  // of the grid
+  const std::vector<std::size_t> marked_;
   std::vector<bool> there_;
-  std::int32_t band_row_ = -1;  // that is in memory
-  std::vector<float> band_;     // plane by plane, rows of the crop's width
+  /// What is in memory of a plane: rows of the crop's width.
+  struct Band {
+    std::int32_t row = -1;  // of tiles
+    std::vector<float> values;
+  };
+  std::vector<Band> bands_;
 };
 
 }  // namespace tessera::client

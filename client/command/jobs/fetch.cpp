@@ -10,6 +10,7 @@
 #include "command/jobs/on_done.h"
 #include "command/report/exr_options.h"
 #include "command/report/output.h"
+#include "command/report/scene_facts.h"
 #include "command/server_option.h"
 
 namespace tessera::client {
@@ -46,7 +47,8 @@ int run(const FetchOptions& options, Interrupt& interrupt) {
   auto followed = follow_job(**farm, *id, job->spec(),
                              {.quiet = options.quiet,
                               .building = {},
-                              .frame_memory = frame_memory(options.output, options.exr, job->spec())},
+                              .frame_memory = frame_memory(options.output, options.exr, /*denoised=*/false),
+                              .mattes = nameless_mattes(options.exr.matte_ranks)},
                              stop, partial);
   if (!followed.ok()) return report_farm_error(followed.status(), options.server);
   const int exit_code = deliver(*followed, job->spec(), options.output, options.exr, options.quiet);

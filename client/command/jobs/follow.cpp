@@ -12,6 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/available_memory.h"
 #include "base/printable.h"
 #include "command/exit_code.h"
 #include "command/jobs/job_news.h"
@@ -19,7 +20,6 @@
 #include "command/report/file_facts.h"
 #include "command/report/output.h"
 #include "command/report/progress.h"
-#include "command/report/scene_facts.h"
 #include "denoise/denoise.h"
 #include "image/assemble.h"
 #include "image/exr/rows.h"
@@ -153,6 +153,7 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
                                        const PartialImage& partial) {
   AssemblyOptions options = assembly_options(spec);
   options.max_frame_bytes = how.frame_memory;
+  options.mattes = how.mattes;
   absl::StatusOr<Assembler> assembler = Assembler::create(options);
   if (!assembler.ok()) return assembler.status();
 
@@ -251,12 +252,10 @@ int end_of(const FollowedJob& followed) {
 
 }  // namespace
 
-std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, const v1::JobSpec& spec) {
-  // Cryptomatte is made of the whole image, and so is what denoising needs halves for.
-  const bool whole = std::ranges::any_of(spec.view().aovs(), [](int aov) {
-    return aov == v1::AOV_HALVES || wire::is_cryptomatte(static_cast<v1::AOV>(aov));
-  });
-  return is_exr(output) && !whole ? exr.frame_memory : UINT64_MAX;
+std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, bool denoised) {
+  if (!is_exr(output) || denoised) return UINT64_MAX;
+  constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
+  return exr.frame_memory ? *exr.frame_memory : std::min(kMost, base::available_memory() / 4);
 }
 
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,
@@ -269,7 +268,6 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   if (!followed.image) return code;
   set_render_info(render_info(spec, followed.status), *followed.image);
   add_file_facts(spec.farm().name(), std::time(nullptr), *followed.image);
-  resolve_nameless_mattes(exr.matte_ranks, *followed.image);
   mark_biased(*followed.image);
   if (followed.status.state() != v1::DONE && followed.incomplete_pixels > 0) {
     followed.image->metadata["tessera.partial"] =

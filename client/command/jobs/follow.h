@@ -12,6 +12,7 @@
 #include "command/report/output.h"
 #include "farm/farm_client.h"
 #include "image/assemble.h"
+#include "image/cryptomatte.h"
 #include "image/exr/rows.h"
 #include "image/image.h"
 #include "wire/tile_result.h"
@@ -44,6 +45,7 @@ struct FollowOptions {
   std::function<bool()> building = {};  // whether a worker of its own builds the scene
   // Bytes of a frame that may be kept in memory; a larger one has its pixels in FollowedJob::rows.
   std::uint64_t frame_memory = UINT64_MAX;
+  std::vector<MatteList> mattes = {};  // what lists of identifiers become
   // Each result as it comes, where somebody looks on; and that all of them come again, for some were wrong.
   std::function<void(const wire::TileResult&)> show = {};
   std::function<void()> show_anew = {};
@@ -67,9 +69,10 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 /// one, kHoles and what is missing.
 int report_end(const v1::JobStatus& status);
 
-/// Bytes of a frame that may be kept in memory while it is on its way to this file: as `exr` has it, or any
-/// number where the whole of it is needed.
-std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, const v1::JobSpec& spec);
+/// Bytes of a frame that may be kept in memory while it is on its way to this file: as `exr` has it, or else
+/// what the machine can spare; any number where the whole of the picture is needed, to be `denoised` or to be
+/// no EXR.
+std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, bool denoised);
 
 /// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
 /// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and

@@ -100,7 +100,9 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
       follow_job(farm, job_id, spec,
                  {.quiet = options.render.quiet,
                   .building = {},
-                  .frame_memory = frame_memory(options.render.output, options.render.exr, spec)},
+                  .frame_memory = frame_memory(options.render.output, options.render.exr,
+                                               options.render.job.denoise.has_value()),
+                  .mattes = loaded.mattes(options.render)},
                  stop);
   if (!followed.ok()) {
     const int exit_code = report_farm_error(followed.status(), options.server);

@@ -1,13 +1,11 @@
 #include "command/report/scene_facts.h"
 
-#include <functional>
 #include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "command/report/camera_facts.h"
 #include "command/report/item_names.h"
-#include "image/cryptomatte.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::client {
@@ -29,19 +27,21 @@ std::string name_or(const std::string& name, const char* kind, std::int64_t numb
   return name.empty() ? absl::StrCat(kind, " ", number) : name;
 }
 
-void add_mattes(const v1::Scene& scene, std::uint32_t ranks, Image& image) {
+}  // namespace
+
+std::vector<MatteList> mattes_of(const v1::Scene& scene, std::uint32_t ranks) {
   const std::vector<const v1::Shape*> shapes = shapes_of(scene);
-  const auto shape_name = [&](std::int64_t number) {
+  const auto shape_name = [shapes](std::int64_t number) {
     const auto i = static_cast<std::size_t>(number - 1);
     return name_or(i < shapes.size() ? shapes[i]->name() : "", "object", number);
   };
-  const auto material_name = [&](std::int64_t number) {
-    const int i = static_cast<int>(number - 1);
-    if (i == scene.materials_size()) return std::string("(default)");
-    return name_or(i >= 0 && i < scene.materials_size() ? scene.materials(i).name() : "", "material", number);
+  const auto material_name = [&scene](std::int64_t number) {
+    if (number == scene.materials_size() + 1) return std::string("(default)");
+    const bool is_known = number > 0 && number <= scene.materials_size();
+    return name_or(is_known ? scene.materials(static_cast<int>(number - 1)).name() : "", "material", number);
   };
   // Instances have positive numbers, and shapes that nothing places have their own, with a minus.
-  const auto asset_name = [&](std::int64_t number) {
+  const auto asset_name = [&scene, shapes, shape_name](std::int64_t number) {
     if (number > 0)
       return name_or(
           number <= scene.instances_size() ? scene.instances(static_cast<int>(number - 1)).object() : "",
@@ -50,27 +50,23 @@ void add_mattes(const v1::Scene& scene, std::uint32_t ranks, Image& image) {
     const bool grouped = i < shapes.size() && !shapes[i]->group().empty();
     return grouped ? shapes[i]->group() : shape_name(-number);
   };
-  resolve_mattes(wire::kObjectList, kObjects, ranks, shape_name, image);
-  resolve_mattes(wire::kMaterialList, kMaterials, ranks, material_name, image);
-  resolve_mattes(wire::kAssetList, kAssets, ranks, asset_name, image);
+  return {{wire::kObjectList, kObjects, ranks, shape_name},
+          {wire::kMaterialList, kMaterials, ranks, material_name},
+          {wire::kAssetList, kAssets, ranks, asset_name}};
 }
 
-}  // namespace
-
-void add_scene_facts(const v1::Scene& scene, const v1::JobSpec& spec, std::uint32_t matte_ranks,
-                     Image& image) {
-  add_item_names(scene, spec, image);
-  add_camera_facts(scene.camera(), image);
-  add_mattes(scene, matte_ranks, image);
-}
-
-void resolve_nameless_mattes(std::uint32_t matte_ranks, Image& image) {
+std::vector<MatteList> nameless_mattes(std::uint32_t ranks) {
   const auto numbered = [](const char* kind) {
     return [kind](std::int64_t number) { return absl::StrCat(kind, " ", number); };
   };
-  resolve_mattes(wire::kObjectList, kObjects, matte_ranks, numbered("object"), image);
-  resolve_mattes(wire::kMaterialList, kMaterials, matte_ranks, numbered("material"), image);
-  resolve_mattes(wire::kAssetList, kAssets, matte_ranks, numbered("asset"), image);
+  return {{wire::kObjectList, kObjects, ranks, numbered("object")},
+          {wire::kMaterialList, kMaterials, ranks, numbered("material")},
+          {wire::kAssetList, kAssets, ranks, numbered("asset")}};
+}
+
+void add_scene_facts(const v1::Scene& scene, const v1::JobSpec& spec, Image& image) {
+  add_item_names(scene, spec, image);
+  add_camera_facts(scene.camera(), image);
 }
 
 }  // namespace tessera::client

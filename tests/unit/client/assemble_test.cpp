@@ -6,7 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <random>
+#include <string>
+#include <variant>
 
+#include "absl/strings/str_format.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::client {
@@ -207,6 +210,83 @@ TEST(Assembler, ReportsWhatIsMissing) {
   TileResult part = tree_node({12, 3, 13, 4}, 0, 2, 8);
   append(part, tree_node({12, 3, 13, 4}, 4, 2, 8));
   EXPECT_EQ(at("R", 12, 3), part.values[0] / 4);
+}
+
+/// A result whose samples each show one of a few things.
+TileResult things(const Window& tile, std::uint32_t sample) {
+  TileResult result = leaf(tile, sample);
+  result.channels = wire::channels_for_aovs({v1::AOV_CRYPTO_OBJECT});
+  result.values.assign(result.channels.size() * result.pixel_count(), 0.25f);
+  const auto first = std::ranges::find(result.channels, wire::ChannelKind::kEntry, &wire::ChannelDesc::kind);
+  for (std::size_t c = std::size_t(first - result.channels.begin()); c < result.channels.size(); ++c) {
+    const bool identifies = (c - first->of) % 2 == 0,
+               is_own = result.channels[c].kind == wire::ChannelKind::kEntry;
+    for (std::size_t i = 0; i < result.pixel_count(); ++i) {
+      const std::size_t x = std::size_t(tile.x0) + i % std::size_t(tile.width());
+      const std::size_t y = std::size_t(tile.y0) + i / std::size_t(tile.width());
+      const float thing = float(1 + (7 * x + 3 * y + sample * (x % 3)) % 5);
+      result.values[c * result.pixel_count() + i] = !is_own ? 0.0f : identifies ? thing : 1.0f;
+    }
+  }
+  return result;
+}
+
+/// The picture as it is written, from memory or from a file of tiles.
+Assembly assemble_things(std::size_t max_frame_bytes, bool with_hole) {
+  AssemblyOptions how = options(2);
+  how.channels = things({0, 0, 1, 1}, 0).channels;
+  how.mattes = {
+      {.list = "crypto-object", .name = "CryptoObject", .ranks = 3, .name_of = [](std::int64_t number) {
+         return "thing " + std::to_string(number);
+       }}};
+  how.max_frame_bytes = max_frame_bytes;
+  how.tile_size = 8;
+  absl::StatusOr<Assembler> assembler = Assembler::create(how);
+  EXPECT_TRUE(assembler.ok()) << assembler.status();
+  for (std::int32_t y = 0; y < std::int32_t{kHeight}; y += 8) {
+    for (std::int32_t x = 0; x < std::int32_t{kWidth}; x += 8) {
+      if (with_hole && x == 16 && y == 0) continue;
+      const Window tile{x, y, std::min(x + 8, std::int32_t{kWidth}), std::min(y + 8, std::int32_t{kHeight})};
+      for (const std::uint32_t sample : {1u, 0u}) EXPECT_TRUE(assembler->add(things(tile, sample)).ok());
+    }
+  }
+  absl::StatusOr<Assembly> assembly = std::move(*assembler).finish();
+  EXPECT_TRUE(assembly.ok()) << assembly.status();
+  return *std::move(assembly);
+}
+
+TEST(Assembler, ResolvesCryptomattesInMemoryAndInAFileAlike) {
+  for (const bool with_hole : {false, true}) {
+    const Assembly whole = assemble_things(SIZE_MAX, with_hole), rows = assemble_things(0, with_hole);
+    EXPECT_EQ(whole.rows, nullptr);
+    ASSERT_NE(rows.rows, nullptr);
+    EXPECT_EQ(whole.image.find("crypto-object.id0"), nullptr);
+    ASSERT_NE(whole.image.find("CryptoObject01.A"), nullptr);
+    EXPECT_EQ(whole.image.metadata, rows.image.metadata);
+    EXPECT_THAT(std::get<std::string>(whole.image.metadata.at(
+                    absl::StrFormat("cryptomatte/%07x/manifest", matte_hash("CryptoObject") >> 4))),
+                HasSubstr("thing 5"));
+    ASSERT_EQ(whole.image.channels.size(), rows.image.channels.size());
+    for (std::size_t plane = 0; plane < whole.image.channels.size(); ++plane) {
+      EXPECT_EQ(whole.image.channels[plane].name, rows.image.channels[plane].name);
+      std::vector<float> values, row(kWidth);
+      for (std::int32_t y = 0; y < std::int32_t{kHeight}; ++y) {
+        ASSERT_TRUE(rows.rows->read(plane, y, row).ok());
+        values.insert(values.end(), row.begin(), row.end());
+      }
+      EXPECT_EQ(whole.image.channels[plane].values, values) << whole.image.channels[plane].name;
+    }
+    const auto at = [&](const char* channel, std::uint32_t x, std::uint32_t y) {
+      return whole.image.find(channel)->values[y * kWidth + x];
+    };
+    // Of (1, 0) the two samples show things 1 + 7 % 5 and 1 + 8 % 5.
+    EXPECT_EQ(at("CryptoObject00.G", 1, 0), 0.5f);
+    EXPECT_EQ(at("CryptoObject00.A", 1, 0), 0.5f);
+    EXPECT_EQ(at("CryptoObject00.G", 0, 1), 1);
+    EXPECT_EQ(at("R", 15, 7), 0.25f);
+    EXPECT_EQ(at("R", 16, 0), with_hole ? 1.0f : 0.25f);
+    EXPECT_EQ(whole.holes.size(), with_hole ? 1u : 0u);
+  }
 }
 
 TEST(Assembler, RefusesWhatIsThereAlready) {

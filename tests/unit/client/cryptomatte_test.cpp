@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 
@@ -27,44 +30,53 @@ TEST(Cryptomatte, IdentifiersAreNumbersThatPassThroughAnyProgram) {
   }
 }
 
-Image lists(const std::vector<std::vector<std::pair<float, float>>>& pixels) {
-  Image image;
-  image.data = image.display = {0, 0, static_cast<std::int32_t>(pixels.size()), 1};
-  image.add("R");
-  for (int entry = 0; entry < 8; ++entry) {
-    image.add(absl::StrCat("crypto-object.id", entry));
-    image.add(absl::StrCat("crypto-object.weight", entry));
-  }
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    for (std::size_t entry = 0; entry < pixels[i].size(); ++entry) {
-      image.channels[1 + 2 * entry].values[i] = pixels[i][entry].first;
-      image.channels[2 + 2 * entry].values[i] = pixels[i][entry].second;
-    }
-  }
-  return image;
+MatteList boxes_and_balls(std::uint32_t ranks) {
+  return {
+      .list = "crypto-object", .name = "CryptoObject", .ranks = ranks, .name_of = [](std::int64_t number) {
+        return std::string(number < 3 ? "box" : "ball");
+      }};
 }
 
-const auto kNames = [](std::int64_t number) { return std::string(number < 3 ? "box" : "ball"); };
+/// Values of the planes at a pixel of these identifiers and weights.
+std::map<std::string, float> resolved(const std::vector<float>& entries, MatteResolver& resolver) {
+  const std::vector<std::string> names = resolver.planes();
+  std::vector<float> ranks(names.size(), -1);
+  resolver.resolve(entries, ranks);
+  std::map<std::string, float> planes;
+  for (std::size_t i = 0; i < names.size(); ++i) planes[names[i]] = ranks[i];
+  return planes;
+}
 
 TEST(Cryptomatte, RanksAreByCoverageAndThingsOfOneNameAreOne) {
-  Image image = lists({{{1, 0.25f}, {5, 0.4f}, {2, 0.35f}}, {}, {{5, 1.02f}, {1, -0.02f}}});
-  resolve_mattes("crypto-object", "CryptoObject", 6, kNames, image);
-  EXPECT_EQ(image.channels.size(), 1u + 12u);
-  const auto at = [&](const char* channel, std::size_t pixel) { return image.find(channel)->values[pixel]; };
-  EXPECT_EQ(at("CryptoObject00.R", 0), matte_identifier("box"));
-  EXPECT_FLOAT_EQ(at("CryptoObject00.G", 0), 0.6f);
-  EXPECT_EQ(at("CryptoObject00.B", 0), matte_identifier("ball"));
-  EXPECT_FLOAT_EQ(at("CryptoObject00.A", 0), 0.4f);
-  EXPECT_EQ(at("CryptoObject01.R", 0), 0);
-  EXPECT_EQ(at("CryptoObject00.G", 1), 0);
+  MatteResolver resolver(boxes_and_balls(6));
+  EXPECT_EQ(resolver.planes().size(), 12u);
+  std::map<std::string, float> planes = resolved({1, 0.25f, 5, 0.4f, 2, 0.35f}, resolver);
+  EXPECT_EQ(planes.at("CryptoObject00.R"), matte_identifier("box"));
+  EXPECT_FLOAT_EQ(planes.at("CryptoObject00.G"), 0.6f);
+  EXPECT_EQ(planes.at("CryptoObject00.B"), matte_identifier("ball"));
+  EXPECT_FLOAT_EQ(planes.at("CryptoObject00.A"), 0.4f);
+  EXPECT_EQ(planes.at("CryptoObject01.R"), 0);
+  planes = resolved({0, 0, 0, 0}, resolver);
+  EXPECT_EQ(planes.at("CryptoObject00.G"), 0);
   // Coverages beyond the unit interval are the filter's.
-  EXPECT_EQ(at("CryptoObject00.G", 2), 1);
-  EXPECT_EQ(at("CryptoObject00.A", 2), 0);
+  planes = resolved({5, 1.02f, 1, -0.02f}, resolver);
+  EXPECT_EQ(planes.at("CryptoObject00.G"), 1);
+  EXPECT_EQ(planes.at("CryptoObject00.A"), 0);
+}
+
+TEST(Cryptomatte, TakesAnyNumber) {
+  MatteResolver resolver(boxes_and_balls(2));
+  for (const float number : {1e30f, -1e30f, std::nanf(""), HUGE_VALF})
+    EXPECT_EQ(resolved({number, 1}, resolver).at("CryptoObject00.R"), matte_identifier("box")) << number;
 }
 
 TEST(Cryptomatte, MetadataNameTheHashesOfWhatIsThere) {
-  Image image = lists({{{1, 0.5f}, {7, 0.5f}}});
-  resolve_mattes("crypto-object", "CryptoObject", 2, kNames, image);
+  MatteResolver resolver(boxes_and_balls(2)), backwards(boxes_and_balls(2));
+  for (const float number : {1.0f, 7.0f}) resolved({number, 0.5f}, resolver);
+  for (const float number : {7.0f, 1.0f}) resolved({number, 0.5f}, backwards);
+  Image image, same;
+  resolver.describe(image), backwards.describe(same);
+  EXPECT_EQ(image.metadata, same.metadata);
   const std::string key = "cryptomatte/" +
                           absl::StrCat(absl::Hex(matte_hash("CryptoObject"), absl::kZeroPad8)).substr(0, 7) +
                           "/";
