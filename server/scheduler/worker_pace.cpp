@@ -22,6 +22,10 @@ constexpr double kLongestMemory = 256;                    // results, of a job's
 constexpr double kLeastSpread = 0.01, kMostSpread = 8.0;  // a tenth, and a factor of 17
 constexpr double kMostCorrelation = 0.98;
 
+// A worker says itself how long it took and how much it did. Beyond a factor of 30 from the others its word
+// counts no more, so that no claim takes the farm from anybody.
+constexpr double kMostDifference = 3.4;
+
 /// How far the pace is from the usual one; 0 where that is no more than so many standard deviations.
 double difference(const WorkerPace& pace, const UsualPace& usual, double deviations) {
   const double seen = pace.log_time - usual.log_time;
@@ -63,7 +67,7 @@ UsualPace usual_pace(const std::vector<const WorkerPace*>& workers) {
 }
 
 double slowness_of(const WorkerPace& pace, const UsualPace& usual) {
-  return std::exp(difference(pace, usual, kBeyondDoubt));
+  return std::exp(std::clamp(difference(pace, usual, kBeyondDoubt), -kMostDifference, kMostDifference));
 }
 
 /// Variance of one unit, as if successive ones were independent: what a mean of many shows of it.
@@ -99,6 +103,7 @@ double JobPace::level() const {
 }
 
 void JobPace::compare(WorkerPace& worker, const UsualPace& usual, double log_cost) {
+  if (!latest_.empty()) log_cost = std::clamp(log_cost, level() - kMostDifference, level() + kMostDifference);
   const double usual_log_cost = log_cost - difference(worker, usual, kLikely);
   learn_spread(worker, log_cost, usual_log_cost);
   const bool alone = std::all_of(latest_.begin(), latest_.end(),

@@ -163,15 +163,29 @@ class Costs : public testing::Test {
 
   static std::string name(std::size_t i) { return absl::StrCat("w", i); }
 
+  /// Units take 10 ms and trace a thousand rays. A liar says of Alice's that it has traced far more, and of
+  /// Bob's that they took far less: both make it as fast, so that hers seem to be the larger ones.
+  DeliveredResult result_of(std::size_t worker, const std::string& job) const {
+    DeliveredResult result{.fingerprint = 1, .cost = std::chrono::milliseconds{10}, .work = 1000};
+    constexpr std::int64_t kTooFast = 10'000'000;
+    if (!first_lies_ || worker != 1) return result;
+    if (job == "alice") {
+      result.work *= kTooFast;
+    } else {
+      result.cost /= kTooFast;
+    }
+    return result;
+  }
+
   void work(Time time) {
     for (const Time end = now_ + time; now_ < end; now_ += Time{10}) {
       for (std::size_t i = 1; i < 5; ++i) {
         for (const v1::Lease& one : held_[i]) {
-          EXPECT_TRUE(scheduler_
-                          .complete(name(i), one.token(),
-                                    {.fingerprint = 1, .cost = std::chrono::milliseconds{10}}, now_)
-                          .ok());
+          EXPECT_TRUE(
+              scheduler_.complete(name(i), one.token(), result_of(i, one.token().job_id()), now_).ok());
           ++done_[one.token().job_id()];
+          ++done_by_[name(i)];
+          if (i == 1 && one.token().job_id() == "bob") ++of_bob_by_first_;
         }
         held_[i] = lease(scheduler_, name(i), 1, now_);
       }
@@ -194,13 +208,15 @@ class Costs : public testing::Test {
     work(Time{1000});
     for (const v1::Lease& one : of_alice)
       EXPECT_TRUE(scheduler_.complete(name(0), one.token(), {.fingerprint = 1, .cost = cost}, now_).ok());
-    done_.clear();
+    done_.clear(), done_by_.clear(), of_bob_by_first_ = 0;
     work(Time{2000});
   }
 
   Scheduler scheduler_{{.lease_timeout = std::chrono::hours{1}, .longest_run = Time{0}, .audit_one_in = 0}};
   std::map<std::size_t, std::vector<v1::Lease>> held_;
-  std::map<std::string, int> done_;
+  std::map<std::string, int> done_, done_by_;
+  int of_bob_by_first_ = 0;
+  bool first_lies_ = false;
   Time now_{0};
 };
 
@@ -215,6 +231,18 @@ TEST_F(Costs, OfOneLiarDoNotTakeTheFarmFromAUser) {
   // too much goes down by an eighth with each of Alice's results: together she is charged for 3 * 29 units
   // more, which Bob gets.
   EXPECT_NEAR(done_["alice"], done_["bob"], 3 * 29 + 8);
+}
+
+TEST_F(Costs, OfWhoSeemsFastDoNotTakeTheFarmFromAUser) {
+  first_lies_ = true;
+  work_after(std::chrono::milliseconds{10});
+  // Of Bob's results, the liar's may count as nothing; all others count in full.
+  const double counted = 1 - static_cast<double>(of_bob_by_first_) / done_["bob"];
+  EXPECT_LE(done_["bob"] * counted, done_["alice"] + 8);
+  EXPECT_GT(counted, 0.5);
+  EXPECT_LE(done_["alice"], done_["bob"] + 8);
+  for (std::size_t i = 2; i < 5; ++i)
+    EXPECT_GT(done_by_[name(i)], done_by_[name(1)] / 2) << "who is honest has as much to do: " << name(i);
 }
 
 // ---------------------------------------------------------------- pictures

@@ -34,8 +34,9 @@ bool Paces::measure(FarmJob& job, FarmWorker& worker, const Lease& lease, const 
   }
   const double cost_ms = std::chrono::duration<double, std::milli>(cost).count();
   count_threads(worker, lease, cost_ms, now);
-  // The time that a slow worker needs says little of the unit.
-  const double usual_ms = cost_ms / lease.units.count / worker.slowness;
+  // The time that a slow worker needs says little of the unit. Who is fast by its own account raises nobody's
+  // cost.
+  const double usual_ms = cost_ms / lease.units.count / std::max(1.0, worker.slowness);
   const std::string identity = identity_of(worker.info.host);
   const std::optional<double> others_ms = job.latest_costs.of_others(identity);
   const bool doubtful = others_ms && usual_ms * kDoubtful < *others_ms;
