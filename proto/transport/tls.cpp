@@ -7,20 +7,19 @@
 #include <openssl/err.h>
 #include <openssl/pem.h>
 #include <openssl/x509.h>
-#include <openssl/x509_vfy.h>
 
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
+#include <iterator>
 
 #include "absl/strings/str_cat.h"
 #include "base/freer.h"
+#include "transport/authorities.h"
 #include "transport/x509.h"
 
 namespace tessera::transport {
 namespace {
-
-using Store = std::unique_ptr<X509_STORE, base::Freer<X509_STORE_free>>;
-using Verification = std::unique_ptr<X509_STORE_CTX, base::Freer<X509_STORE_CTX_free>>;
 
 std::string path_of(const std::string& folder, const char* file) { return absl::StrCat(folder, "/", file); }
 
@@ -41,16 +40,9 @@ absl::Status read_certificate(const std::string& path, Certificate& certificate)
   });
 }
 
-absl::Status verify(X509* trusted, X509* certificate, const std::string& path) {
-  const Store store{X509_STORE_new()};
-  const Verification verification{X509_STORE_CTX_new()};
-  X509_STORE_add_cert(store.get(), trusted);
-  X509_STORE_CTX_init(verification.get(), store.get(), certificate, nullptr);
-  if (X509_verify_cert(verification.get()) == 1) return absl::OkStatus();
-  const int error = X509_STORE_CTX_get_error(verification.get());
-  const std::string what = absl::StrCat(path, ": ", X509_verify_cert_error_string(error));
-  const bool untimely = error == X509_V_ERR_CERT_HAS_EXPIRED || error == X509_V_ERR_CERT_NOT_YET_VALID;
-  return untimely ? absl::FailedPreconditionError(what) : absl::InvalidArgumentError(what);
+std::string text_of(const std::string& path) {
+  std::ifstream in{path, std::ios::binary};
+  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// gRPC 1.51 cannot be told the least version of TLS, but the ciphers of TLS 1.2: one that needs a shared
@@ -73,7 +65,8 @@ std::shared_ptr<grpc::experimental::CertificateProviderInterface> watch_files(co
 absl::Status check_certificates(const std::string& folder) {
   Certificate trusted, certificate;
   Key key;
-  if (auto s = read_certificate(path_of(folder, kTrustedFile), trusted); !s.ok()) return s;
+  const std::string trusted_path = path_of(folder, kTrustedFile);
+  if (auto s = read_certificate(trusted_path, trusted); !s.ok()) return s;
   const std::string path = path_of(folder, kCertificateFile);
   if (auto s = read_certificate(path, certificate); !s.ok()) return s;
   const std::string key_path = path_of(folder, kKeyFile);
@@ -91,7 +84,7 @@ absl::Status check_certificates(const std::string& folder) {
     ERR_clear_error();
     return absl::InvalidArgumentError(absl::StrCat(key_path, " is not the key of ", path));
   }
-  return verify(trusted.get(), certificate.get(), path);
+  return check_signed(text_of(trusted_path), certificate.get(), path);
 }
 
 std::shared_ptr<grpc::ChannelCredentials> channel_credentials(const std::string& folder) {

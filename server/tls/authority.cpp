@@ -6,15 +6,18 @@
 #include <openssl/x509v3.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <fstream>
 #include <iterator>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/freer.h"
 #include "base/private_file.h"
+#include "transport/authorities.h"
 #include "transport/tls.h"
 #include "transport/x509.h"
 
@@ -190,8 +193,11 @@ std::string Authority::digest() const { return transport::digest_of(parts_->cert
 
 bool Authority::is_trusted_by(const fs::path& folder) const {
   const absl::StatusOr<std::string> trusted = read_file(folder / transport::kTrustedFile);
-  const Certificate certificate = trusted.ok() ? transport::certificate_from_pem(*trusted) : nullptr;
-  return certificate != nullptr && X509_cmp(certificate.get(), parts_->certificate.get()) == 0;
+  if (!trusted.ok()) return false;
+  const std::vector<Certificate> known = transport::certificates_from_pem(*trusted);
+  return std::any_of(known.begin(), known.end(), [&](const Certificate& certificate) {
+    return X509_cmp(certificate.get(), parts_->certificate.get()) == 0;
+  });
 }
 
 absl::Status Authority::issue(const Identity& identity, const fs::path& folder, Clock::time_point begin,

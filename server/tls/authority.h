@@ -53,7 +53,7 @@ class Authority {
   /// Its own certificate, and the SHA-256 of that.
   std::string certificate_pem() const;
   std::string digest() const;
-  /// Whether it is the one whose certificate a program's folder (transport/tls.h) holds.
+  /// Whether it is among those that a program's folder (transport/tls.h) trusts.
   bool is_trusted_by(const std::filesystem::path& folder) const;
 
  private:

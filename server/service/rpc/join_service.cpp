@@ -40,7 +40,7 @@ class JoinServer::Service final : public v1::JoinService::CallbackService {
 
   grpc::ServerUnaryReactor* GetAuthority(grpc::CallbackServerContext* context, const v1::GetAuthorityRequest*,
                                          v1::GetAuthorityResponse* response) override {
-    response->set_certificate_pem(server_.authority_.certificate_pem());
+    response->set_certificate_pem(server_.authority()->certificate_pem());
     return answer(context->DefaultReactor(), absl::OkStatus());
   }
 
@@ -56,16 +56,40 @@ class JoinServer::Service final : public v1::JoinService::CallbackService {
   JoinServer& server_;
 };
 
-JoinServer::JoinServer(Authority authority, JoinTokens tokens, std::shared_ptr<Members> members)
-    : authority_(std::move(authority)),
+JoinServer::JoinServer(const JoinOptions& options, Authority authority, const Written& read,
+                       JoinTokens tokens)
+    : authority_folder_(options.authority),
+      certificates_(options.certificates),
+      authority_(std::make_shared<const Authority>(std::move(authority))),
+      read_(read),
       tokens_(std::move(tokens)),
-      members_(std::move(members)),
+      members_(options.members),
       service_(std::make_unique<Service>(*this)) {}
+
+JoinServer::Written JoinServer::written(const std::filesystem::path& folder) {
+  std::error_code error;
+  return {.key = std::filesystem::last_write_time(folder / transport::kKeyFile, error),
+          .certificate = std::filesystem::last_write_time(folder / transport::kTrustedFile, error)};
+}
+
+std::shared_ptr<const Authority> JoinServer::authority() {
+  const std::lock_guard lock(mutex_);
+  const Written now = written(authority_folder_);
+  if (now == read_) return authority_;
+  // Files are replaced one after the other: what does not fit yet is looked at again.
+  absl::StatusOr<Authority> other = Authority::open_existing(authority_folder_);
+  if (!other.ok() || !other->is_trusted_by(certificates_)) return authority_;
+  authority_ = std::make_shared<const Authority>(*std::move(other));
+  read_ = now;
+  spdlog::info("workers that join get certificates of a new authority");
+  return authority_;
+}
 
 absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions& options,
                                                               Connections& connections) {
   const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.address);
   if (!address.ok()) return address.status();
+  const Written read = written(options.authority);
   absl::StatusOr<Authority> authority = Authority::open_existing(options.authority);
   if (!authority.ok()) return authority.status();
   if (!authority->is_trusted_by(options.certificates)) {
@@ -76,7 +100,7 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
   if (!tokens.ok()) return tokens.status();
 
   std::unique_ptr<JoinServer> server{
-      new JoinServer{*std::move(authority), *std::move(tokens), options.members}};
+      new JoinServer{options, *std::move(authority), read, *std::move(tokens)}};
   const auto credentials =
       transport::open_server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_to_joining());
@@ -108,7 +132,7 @@ absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, st
   absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
   if (!secret.ok()) return secret.status();
   return transport::JoinToken{.port = static_cast<std::uint16_t>(port()),
-                              .authority_digest = authority_.digest(),
+                              .authority_digest = authority()->digest(),
                               .secret = *std::move(secret)}
       .to_string();
 }
@@ -137,8 +161,8 @@ absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, con
   if (!name.ok()) return name.status();
   // Made before the token is used up, handed out only after.
   absl::StatusOr<std::string> certificate =
-      authority_.certify(request.request_pem(), {.role = Role::kWorker, .name = *name, .hosts = {}},
-                         now - kClockSlack, now + kCertificateLife);
+      authority()->certify(request.request_pem(), {.role = Role::kWorker, .name = *name, .hosts = {}},
+                           now - kClockSlack, now + kCertificateLife);
   if (!certificate.ok()) return certificate.status();
   const absl::Status redeemed = tokens_.redeem(request.secret(), *name, address_of(peer), now);
   const telemetry::LogFields fields{.worker = *name, .peer = peer};

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <filesystem>
 #include <memory>
+#include <mutex>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -31,7 +32,7 @@ struct JoinOptions {
 /// Thread-safe.
 class JoinServer {
  public:
-  /// InvalidArgument where the authority is not the one that the server's own certificate is of, or the
+  /// InvalidArgument where the authority is none that the server trusts, or the
   /// address is malformed; Unavailable where files cannot be read or the address cannot be listened on.
   /// `connections` must outlive the server.
   static absl::StatusOr<std::unique_ptr<JoinServer>> start(const JoinOptions& options,
@@ -50,14 +51,26 @@ class JoinServer {
 
  private:
   class Service;
-  JoinServer(Authority authority, JoinTokens tokens, std::shared_ptr<Members> members);
+  /// When the files of the authority were written.
+  struct Written {
+    std::filesystem::file_time_type key, certificate;
+    friend bool operator==(const Written&, const Written&) = default;
+  };
+  JoinServer(const JoinOptions& options, Authority authority, const Written& read, JoinTokens tokens);
+  static Written written(const std::filesystem::path& folder);
+  /// The authority, read anew where its files have changed and the server trusts what they hold.
+  std::shared_ptr<const Authority> authority();
 
   absl::StatusOr<std::string> join(const v1::JoinRequest& request, const std::string& peer);
   /// The name of a machine that no certificate has yet: its own, and digits of its key. InvalidArgument for a
   /// request that cannot be read.
   absl::StatusOr<std::string> name_for(const v1::JoinRequest& request) const;
 
-  const Authority authority_;
+  const std::filesystem::path authority_folder_;
+  const std::string certificates_;
+  std::mutex mutex_;
+  std::shared_ptr<const Authority> authority_;
+  Written read_;
   JoinTokens tokens_;
   const std::shared_ptr<Members> members_;
   std::unique_ptr<Service> service_;

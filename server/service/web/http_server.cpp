@@ -8,7 +8,6 @@
 #include <sys/socket.h>
 
 #include <cstring>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 #include <string_view>
@@ -18,6 +17,7 @@
 #include "base/address.h"
 #include "service/web/event_stream.h"
 #include "telemetry/log.h"
+#include "transport/authorities.h"
 #include "transport/tls.h"
 #include "transport/x509.h"
 
@@ -54,20 +54,26 @@ std::string address_of(MHD_Connection* connection) {
   return text;
 }
 
-/// The caller's certificate, in PEM, where there is one that the farm's authority has signed and that is
-/// valid.
-std::string certificate_of(MHD_Connection* connection) {
+gnutls_session_t session_of(MHD_Connection* connection) {
   const MHD_ConnectionInfo* const info =
       MHD_get_connection_info(connection, MHD_CONNECTION_INFO_GNUTLS_SESSION);
-  if (info == nullptr || info->tls_session == nullptr) return "";
-  auto* const session = static_cast<gnutls_session_t>(info->tls_session);
-  unsigned count = 0, problems = 0;
+  return info == nullptr ? nullptr : static_cast<gnutls_session_t>(info->tls_session);
+}
+
+/// The caller's certificate, in PEM, where there is one that one of these authorities has signed and that is
+/// valid.
+std::string certificate_of(MHD_Connection* connection, const std::string& authorities) {
+  gnutls_session_t const session = session_of(connection);
+  if (session == nullptr) return "";
+  unsigned count = 0;
   const gnutls_datum_t* const chain = gnutls_certificate_get_peers(session, &count);
   if (chain == nullptr || count == 0) return "";
-  if (gnutls_certificate_verify_peers2(session, &problems) != 0 || problems != 0) return "";
   const unsigned char* der = chain[0].data;
   const transport::Certificate certificate{d2i_X509(nullptr, &der, static_cast<long>(chain[0].size))};
-  return certificate == nullptr ? "" : transport::to_pem(certificate.get());
+  // libmicrohttpd knows those authorities alone that were there when it began.
+  const bool is_signed =
+      certificate != nullptr && transport::check_signed(authorities, certificate.get(), "caller").ok();
+  return is_signed ? transport::to_pem(certificate.get()) : "";
 }
 
 /// A stream that libmicrohttpd reads from.
@@ -158,7 +164,9 @@ struct HttpServer::Callbacks {
     if (arriving.too_long)
       return reply(connection, {.status = 413, .type = "text/plain", .body = "the request is too long\n"});
     auto& page = *static_cast<HttpServer*>(server);
-    HttpAnswer answer = page.handle_(make_request(connection, url, method, std::move(arriving.body)));
+    HttpRequest asked = make_request(connection, url, method, std::move(arriving.body));
+    asked.certificate = certificate_of(connection, page.certificates_.trusted());
+    HttpAnswer answer = page.handle_(asked);
     if (answer.member && page.begin_answer(peer_of(connection), *answer.member))
       arriving.member = std::move(answer.member);
     return reply(connection, std::move(answer));
@@ -177,7 +185,7 @@ struct HttpServer::Callbacks {
                         .accept_encoding = header(connection, "Accept-Encoding"),
                         .marker = header(connection, "X-Tessera"),
                         .body = std::move(body),
-                        .certificate = certificate_of(connection),
+                        .certificate = "",
                         .peer = address_of(connection)};
     MHD_get_connection_values(
         connection, MHD_GET_ARGUMENT_KIND,
@@ -201,6 +209,11 @@ struct HttpServer::Callbacks {
     if (code != MHD_CONNECTION_NOTIFY_STARTED) return;
     *page = server;
     auto& self = *static_cast<HttpServer*>(server);
+    // Browsers offer certificates of the authorities that are named; where those are others now, of any.
+    if (gnutls_session_t const session = session_of(connection);
+        session != nullptr && self.certificates_.trusted() != self.trusted_) {
+      gnutls_certificate_send_x509_rdn_sequence(session, 1);
+    }
     const MHD_ConnectionInfo* const info =
         MHD_get_connection_info(connection, MHD_CONNECTION_INFO_CONNECTION_FD);
     if (info == nullptr) return;
@@ -264,9 +277,9 @@ absl::Status HttpServer::read_certificates() {
   if (options_.certificates.empty()) return absl::OkStatus();
   if (MHD_is_feature_supported(MHD_FEATURE_TLS) != MHD_YES)
     return absl::UnavailableError("this system's libmicrohttpd cannot encrypt: --web off");
-  std::ifstream trusted{std::filesystem::path{options_.certificates} / transport::kTrustedFile};
-  trusted_.assign(std::istreambuf_iterator<char>(trusted), {});
-  return certificates_.read(options_.certificates);
+  absl::Status status = certificates_.read(options_.certificates);
+  trusted_ = certificates_.trusted();
+  return status;
 }
 
 absl::StatusOr<std::unique_ptr<HttpServer>> HttpServer::start(const HttpOptions& options, Handler handle) {

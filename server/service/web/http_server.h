@@ -74,7 +74,7 @@ class HttpServer {
   std::map<std::string, std::size_t> served_;  // connections by member
   FarmClock::TimePoint next_sweep_{};
   OwnCertificates certificates_;
-  std::string trusted_;           // PEM
+  std::string trusted_;           // authorities that libmicrohttpd was told of, in PEM
   telemetry::HttpDaemon daemon_;  // goes first, when all event streams have been closed
 };
 

@@ -59,7 +59,8 @@ OwnCertificates::~OwnCertificates() = default;
 OwnCertificates::Written OwnCertificates::written(const std::filesystem::path& folder) {
   std::error_code error;
   return {.key = std::filesystem::last_write_time(folder / transport::kKeyFile, error),
-          .certificate = std::filesystem::last_write_time(folder / transport::kCertificateFile, error)};
+          .certificate = std::filesystem::last_write_time(folder / transport::kCertificateFile, error),
+          .trusted = std::filesystem::last_write_time(folder / transport::kTrustedFile, error)};
 }
 
 bool OwnCertificates::has_news(const std::filesystem::path& folder) {
@@ -71,6 +72,7 @@ absl::Status OwnCertificates::read(const std::filesystem::path& folder) {
   // Before they are read: what is written meanwhile is news.
   const Written seen = written(folder);
   auto pair = std::make_unique<Pair>();
+  std::string trusted = file_contents(folder / transport::kTrustedFile);
   absl::Status status = transport::check_certificates(folder.string());
   if (status.ok()) {
     const int code = pair->read(file_contents(folder / transport::kCertificateFile),
@@ -82,8 +84,15 @@ absl::Status OwnCertificates::read(const std::filesystem::path& folder) {
   }
   const std::lock_guard lock(mutex_);
   seen_ = seen;
-  if (status.ok()) pairs_.push_back(std::move(pair));
-  return status;
+  if (!status.ok()) return status;
+  pairs_.push_back(std::move(pair));
+  trusted_ = std::move(trusted);
+  return absl::OkStatus();
+}
+
+std::string OwnCertificates::trusted() const {
+  const std::lock_guard lock(mutex_);
+  return trusted_;
 }
 
 OwnCertificates::Shown OwnCertificates::shown() const {

@@ -1,4 +1,4 @@
-// The certificate by which the web page shows who it is.
+// The certificate by which the web page shows who it is, and the authorities by which it knows others.
 #pragma once
 
 #include <cstddef>
@@ -16,7 +16,8 @@ struct gnutls_privkey_st;
 
 namespace tessera::server {
 
-/// Key and certificate of a folder (transport/tls.h), read anew when the files change. Thread-safe.
+/// Key, certificate and authorities of a folder (transport/tls.h), read anew when the files change.
+/// Thread-safe.
 class OwnCertificates {
  public:
   OwnCertificates();
@@ -35,16 +36,20 @@ class OwnCertificates {
   };
   Shown shown() const;
 
+  /// The authorities, in PEM.
+  std::string trusted() const;
+
  private:
   struct Pair;
   struct Written {
-    std::filesystem::file_time_type key, certificate;
+    std::filesystem::file_time_type key, certificate, trusted;
     friend bool operator==(const Written&, const Written&) = default;
   };
   static Written written(const std::filesystem::path& folder);
 
   mutable std::mutex mutex_;
   std::vector<std::unique_ptr<Pair>> pairs_;  // handshakes may use earlier ones: the last one is shown
+  std::string trusted_;
   Written seen_{};
 };
 

@@ -176,7 +176,6 @@ TEST(Gate, LooksAtNoClock) {
   constexpr const char* kDates = "certificates have dates";
   constexpr const char* kBoundsAHang = "a deadline that only bounds a hang";
   static const std::map<std::string, ClockUse> allowed = {
-      {"tests/integration/join_test.cpp", {1, "certificates know whole seconds: waits for the next one"}},
       {"tests/integration/phases/latched.cpp", {1, "waits between two looks for a file"}},
       {"tests/stress/input/input_judge.cpp", {3, kBoundsAHang}},
       {"tests/support/picture/phases.cpp", {2, "CPU time, printed by tests/bench"}},
@@ -185,7 +184,7 @@ TEST(Gate, LooksAtNoClock) {
       {"tests/unit/proto/layers/layers_check_test.cpp", {2, kBoundsAHang}},
       {"tests/unit/proto/log_test.cpp", {1, "the type of a time that the test makes up"}},
       {"tests/unit/server/access/expel_test.cpp", {2, kDates}},
-      {"tests/unit/server/access/join_test.cpp", {1, kBoundsAHang}},
+      {"tests/unit/server/access/join_test.cpp", {4, kBoundsAHang}},
       {"tests/unit/server/access/listener_test.cpp", {1, kBoundsAHang}},
       {"tests/unit/server/access/tls_fixture.h", {1, kBoundsAHang}},
       {"tests/unit/server/access/tls_test.cpp", {4, "dates; a handshake that takes its time; bounds a hang"}},

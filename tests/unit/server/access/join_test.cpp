@@ -18,6 +18,7 @@
 #include "tessera/v1/work.grpc.pb.h"
 #include "tls/authority.h"
 #include "tls/join_tokens.h"
+#include "transport/authorities.h"
 #include "transport/channel.h"
 #include "transport/join_token.h"
 #include "transport/tls.h"
@@ -282,6 +283,32 @@ TEST_F(Joining, WithoutAnAuthorityNobodyJoins) {
   EXPECT_EQ(coordinator_->join_port(), 0);
   std::string token;
   EXPECT_EQ(make_token("admin", 1, token).error_code(), FAILED_PRECONDITION);
+}
+
+TEST_F(Joining, ANewAuthorityCertifiesWithoutARestart) {
+  CoordinatorOptions watchful = options();
+  watchful.certificate_interval = std::chrono::seconds{1};
+  auto started = Coordinator::start(watchful);
+  ASSERT_TRUE(started.ok()) << started.status();
+  coordinator_ = *std::move(started);
+  fs::remove_all(farm() / "authority");
+  ASSERT_TRUE(write_farm_certificates(farm(), {}, {"alice"}).ok());
+  const auto authority = Authority::open(farm() / "authority");
+  // gRPC looks at the files of each port in its own time. The bound only ends a test that hangs.
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{60};
+  std::string token, certificate;
+  while (!make_token("admin", 1, token).ok()) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+  const auto parsed = transport::parse_join_token(token);
+  ASSERT_TRUE(parsed.ok()) << parsed.status();
+  EXPECT_EQ(parsed->authority_digest, authority->digest());
+  grpc::StatusCode code = UNAVAILABLE;
+  while (code == UNAVAILABLE) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    code = join(parsed->secret, request_pem(key_.get()), &certificate);
+  }
+  ASSERT_EQ(code, OK);
+  const transport::Certificate joined = transport::certificate_from_pem(certificate);
+  EXPECT_TRUE(transport::check_signed(authority->certificate_pem(), joined.get(), "worker").ok());
 }
 
 TEST_F(Joining, TheAuthorityMustBeTheServersOwn) {

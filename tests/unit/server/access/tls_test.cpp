@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <filesystem>
+#include <fstream>
 #include <thread>
 
 #include "base/freer.h"
@@ -227,6 +228,15 @@ TEST(Authority, SaysWhatIsWrongWithCertificates) {
   const support::TempDir folder;
   ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {"alice", "bob"}).ok());
   const fs::path alice = folder.path() / "client-alice", bob = folder.path() / "client-bob";
+  EXPECT_TRUE(transport::check_certificates(alice.string()).ok());
+  // Of several authorities, the second may be one's own.
+  const support::TempDir other;
+  ASSERT_TRUE(write_farm_certificates(other.path(), {}, {"alice"}).ok());
+  const fs::path trusted = alice / transport::kTrustedFile, kept = folder.path() / "kept.pem";
+  fs::rename(trusted, kept);
+  fs::copy_file(other.path() / "client-alice" / transport::kTrustedFile, trusted);
+  EXPECT_TRUE(absl::IsInvalidArgument(transport::check_certificates(alice.string())));
+  std::ofstream{trusted, std::ios::app} << std::ifstream{kept}.rdbuf();
   EXPECT_TRUE(transport::check_certificates(alice.string()).ok());
   EXPECT_TRUE(absl::IsNotFound(transport::check_certificates((folder.path() / "nobody").string())));
   fs::copy_file(bob / transport::kKeyFile, alice / transport::kKeyFile, fs::copy_options::overwrite_existing);

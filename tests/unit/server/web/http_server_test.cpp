@@ -8,6 +8,7 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <fstream>
@@ -101,8 +102,9 @@ class PageConnections : public testing::Test {
   HttpAnswer answer(const HttpRequest& request) {
     HttpAnswer answer{.type = "text/plain", .body = "done."};
     if (request.cookie == "ada") answer.member = "client ada";
-    if (request.path != "/stream") return answer;
     const std::lock_guard lock(mutex_);
+    certificate_ = request.certificate;
+    if (request.path != "/stream") return answer;
     answer.events = streams_.emplace_back(std::make_shared<EventStream>());
     answer.events->push("hello", "1");
     return answer;
@@ -127,6 +129,7 @@ class PageConnections : public testing::Test {
 
   ManualClock clock_;
   std::mutex mutex_;
+  std::string certificate_;  // of the latest request
   std::list<std::shared_ptr<EventStream>> streams_;
   std::unique_ptr<HttpServer> server_;
 };
@@ -193,11 +196,18 @@ TEST_F(PageConnections, OfOneMemberAreAsThoseOfStrangersBeyondABound) {
   EXPECT_TRUE(streams[1]->hears("event: still"));
 }
 
-/// What a server shows in a handshake; and the connection answers.
+/// What a server shows in a handshake; and the connection answers. `folder` has the caller's own certificate,
+/// if any.
 class EncryptedConnection {
  public:
-  explicit EncryptedConnection(int port)
-      : connection_(port), context_(SSL_CTX_new(TLS_client_method())), ssl_(SSL_new(context_.get())) {
+  explicit EncryptedConnection(int port, const std::filesystem::path& folder = {})
+      : connection_(port), context_(SSL_CTX_new(TLS_client_method())) {
+    if (!folder.empty()) {
+      const auto certificate = folder / transport::kCertificateFile, key = folder / transport::kKeyFile;
+      EXPECT_EQ(SSL_CTX_use_certificate_file(context_.get(), certificate.c_str(), SSL_FILETYPE_PEM), 1);
+      EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context_.get(), key.c_str(), SSL_FILETYPE_PEM), 1);
+    }
+    ssl_.reset(SSL_new(context_.get()));
     SSL_set_fd(ssl_.get(), connection_.descriptor());
     EXPECT_EQ(SSL_connect(ssl_.get()), 1);
   }
@@ -205,6 +215,8 @@ class EncryptedConnection {
     const transport::Certificate shown{SSL_get1_peer_certificate(ssl_.get())};
     return shown == nullptr ? "" : transport::digest_of(shown.get());
   }
+  /// Authorities that the server names, of which browsers offer certificates; any where it names none.
+  int authorities() const { return std::max(0, sk_X509_NAME_num(SSL_get0_peer_CA_list(ssl_.get()))); }
   std::string ask(const std::string& request) const {
     SSL_write(ssl_.get(), request.data(), static_cast<int>(request.size()));
     std::string answer;
@@ -254,6 +266,41 @@ TEST_F(PageConnections, ShowANewCertificateOnceItIsThere) {
   server_->sweep();
   EXPECT_EQ(renewals, 1);
   EXPECT_EQ(EncryptedConnection{server_->port()}.certificate(), digest());
+}
+
+TEST_F(PageConnections, KnowMembersOfANewAuthorityOnceItIsThere) {
+  const support::TempDir folder;
+  const std::filesystem::path alice = folder.path() / "client-alice", old_alice = folder.path() / "old-alice";
+  ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {"alice"}).ok());
+  start({.certificates = (folder.path() / "server").string()});
+  const auto is_known = [&](const EncryptedConnection& connection) {
+    EXPECT_NE(connection.ask(kOfAda), "");
+    const std::lock_guard lock(mutex_);
+    return !certificate_.empty();
+  };
+  const EncryptedConnection before{server_->port(), alice};
+  EXPECT_TRUE(is_known(before));
+  EXPECT_EQ(before.authorities(), 1);
+
+  std::filesystem::copy(alice, old_alice);
+  std::filesystem::remove_all(folder.path() / "authority");
+  ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {"alice"}).ok());
+  EXPECT_FALSE(is_known(EncryptedConnection{server_->port(), alice})) << "not looked at yet";
+  clock_.advance(seconds{2});
+  server_->sweep();
+  const EncryptedConnection after{server_->port(), alice};
+  EXPECT_TRUE(is_known(after));
+  EXPECT_EQ(after.authorities(), 0) << "else browsers would offer certificates of the old one";
+  EXPECT_FALSE(is_known(EncryptedConnection{server_->port(), old_alice}));
+  EXPECT_FALSE(is_known(before)) << "nor do connections that are there outlive the old one";
+
+  // While a farm changes, its members trust both.
+  std::ifstream old_authority{old_alice / transport::kTrustedFile};
+  std::ofstream{folder.path() / "server" / transport::kTrustedFile, std::ios::app} << old_authority.rdbuf();
+  clock_.advance(seconds{2});
+  server_->sweep();
+  EXPECT_TRUE(is_known(EncryptedConnection{server_->port(), alice}));
+  EXPECT_TRUE(is_known(EncryptedConnection{server_->port(), old_alice}));
 }
 
 }  // namespace
