@@ -47,10 +47,6 @@ void define_metropolis_options(options::Command& command, MetropolisWishes& wish
            "largest step of the others, of the unit interval of each random number; 1/32 unless given")
       .in_range(wire::kMinStep, wire::kMaxStep)
       .type_name("X");
-  add_word(
-      command, "--mutate", wishes.kind,
-      "what mutations change: primary (random numbers), path (vertices, by four strategies in turn), or by "
-      "one of these: bidirectional, lens, caustic, multi-chain");
 }
 
 void define_cache_options(options::Command& command, CacheWishes& cache) {

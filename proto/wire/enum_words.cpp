@@ -1,6 +1,7 @@
 #include "wire/enum_words.h"
 
 #include <google/protobuf/descriptor.h>
+#include <google/protobuf/unknown_field_set.h>
 
 #include <algorithm>
 
@@ -44,7 +45,7 @@ bool is_unspecified(const EnumValueDescriptor& value) {
 absl::Status check_field(const Message& message, const FieldDescriptor& field, int index) {
   const Reflection& reflection = *message.GetReflection();
   if (field.cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
-    return check_enums(index < 0 ? reflection.GetMessage(message, &field)
+    return check_known(index < 0 ? reflection.GetMessage(message, &field)
                                  : reflection.GetRepeatedMessage(message, &field, index));
   }
   if (field.cpp_type() != FieldDescriptor::CPPTYPE_ENUM) return absl::OkStatus();
@@ -88,7 +89,13 @@ std::string name_of(const EnumType& type) {
   return is_acronym ? name : absl::AsciiStrToLower(name);
 }
 
-absl::Status check_enums(const Message& message) {
+absl::Status check_known(const Message& message) {
+  const google::protobuf::UnknownFieldSet& unknown = message.GetReflection()->GetUnknownFields(message);
+  if (!unknown.empty()) {
+    return absl::InvalidArgumentError(absl::StrCat(message.GetDescriptor()->name(), " has field ",
+                                                   unknown.field(0).number(),
+                                                   ", which this version does not know"));
+  }
   std::vector<const FieldDescriptor*> present;
   message.GetReflection()->ListFields(message, &present);
   for (const FieldDescriptor* const field : present) {

@@ -48,7 +48,8 @@ Enum or_default(Enum value) {
   return value == Enum{} ? static_cast<Enum>(1) : value;
 }
 
-/// InvalidArgument, by field, where the message or one within it has a value that this version does not know.
-absl::Status check_enums(const google::protobuf::Message& message);
+/// InvalidArgument, by name or number, where the message or one within it has a field, or a value of an enum,
+/// that this version does not know.
+absl::Status check_known(const google::protobuf::Message& message);
 
 }  // namespace tessera::wire

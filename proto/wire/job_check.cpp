@@ -151,7 +151,7 @@ absl::Status check_noise(const v1::JobSpec& spec) {
 }  // namespace
 
 absl::Status check_settings(const v1::JobSpec& spec) {
-  if (auto s = check_enums(spec); !s.ok()) return s;
+  if (auto s = check_known(spec); !s.ok()) return s;
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_own_settings(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;

@@ -66,7 +66,6 @@ v1::MetropolisSettings resolved(v1::MetropolisSettings metropolis) {
   if (!metropolis.has_candidates()) metropolis.set_candidates(kDefaultCandidates);
   if (!metropolis.has_large_steps()) metropolis.set_large_steps(kDefaultLargeSteps);
   if (!metropolis.has_step()) metropolis.set_step(kDefaultStep);
-  metropolis.set_kind(or_default(metropolis.kind()));
   return metropolis;
 }
 

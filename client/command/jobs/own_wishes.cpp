@@ -19,7 +19,6 @@ v1::MetropolisSettings message_of(const MetropolisWishes& wishes) {
   if (wishes.candidates) metropolis.set_candidates(*wishes.candidates);
   if (wishes.large_steps) metropolis.set_large_steps(*wishes.large_steps);
   if (wishes.step) metropolis.set_step(*wishes.step);
-  metropolis.set_kind(wishes.kind);
   return metropolis;
 }
 

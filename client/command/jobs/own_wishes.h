@@ -23,7 +23,6 @@ struct PhotonWishes {
 struct MetropolisWishes {
   std::optional<std::uint32_t> mutations, candidates;
   std::optional<double> large_steps, step;
-  v1::MutationKind kind{};
 };
 
 /// v1::RadiositySettings

@@ -99,10 +99,7 @@ struct Way {
 std::vector<Way> ways() {
   std::vector<Way> all;
   for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) {
-    const std::string settings = absl::StrCat("integrator: '", algorithm.name, "' ");
-    all.push_back({algorithm.name, settings});
-    if (std::string_view(algorithm.name) == "mlt")
-      all.push_back({"mlt --mutate path", settings + "metropolis { kind: MUTATION_KIND_PATH } "});
+    all.push_back({algorithm.name, absl::StrCat("integrator: '", algorithm.name, "' ")});
   }
   return all;
 }
@@ -119,8 +116,6 @@ void expect_equal_means(Lamp lamp) {
     if (lamp == Lamp::kPoint && mean == 0) continue;
     EXPECT_GT(mean, 0);
     for (const int exponent : exponents) {
-      // A known limit: it loses light in scenes of 1e-9 (docs/numerics.md).
-      if (exponent < -20 && way.name == "mlt --mutate path") continue;
       const std::vector<float> found = picture(way.settings, std::ldexp(1.0, exponent), lamp);
       ASSERT_EQ(found.size(), expected.size()) << "2^" << exponent;
       EXPECT_NEAR(mean_of(found) / mean, 1, 1e-6) << "2^" << exponent;

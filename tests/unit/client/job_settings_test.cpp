@@ -407,7 +407,7 @@ TEST(JobSettings, OptionsOfOneIntegratorAreRefusedWithAnother) {
   };
   check("photon", "photon", [](OwnWishes& own) { own.photon.radius = 1; });
   check("photon", "photon", [](OwnWishes& own) { own.photon.map = v1::PHOTON_MAP_CLASSIC; });
-  check("mlt", "metropolis", [](OwnWishes& own) { own.metropolis.kind = v1::MUTATION_KIND_PATH; });
+  check("mlt", "metropolis", [](OwnWishes& own) { own.metropolis.mutations = 64; });
   check("radiosity", "radiosity", [](OwnWishes& own) { own.radiosity.ignore_non_diffuse = true; });
   check("irradiance-cache", "irradiance_cache", [](OwnWishes& own) { own.cache.samples = 64; });
   check("preview", "preview", [](OwnWishes& own) { own.preview.shadows = v1::SHADOWS_NONE; });

@@ -296,42 +296,6 @@ TEST(LoadScene, WhatAlgorithmsCannotDoIsRefusedByName) {
   EXPECT_THAT(refusal("photon", mover, v1::PHOTON_MAP_CLASSIC), HasSubstr("stands still"));
 }
 
-TEST(LoadScene, MutationsInPathSpaceNameWhatTheyCannotDo) {
-  const auto refusal = [](const std::string& scene, v1::MutationKind kind, std::uint32_t max_depth = 5,
-                          const std::string& view = kCameraAndFilm) {
-    test::SceneJob job;
-    job.settings.set_integrator("mlt");
-    job.settings.set_max_depth(max_depth);
-    job.settings.mutable_metropolis()->set_kind(kind);
-    const auto file = load_scene_text(absl::StrCat(scene, view), job, render::supported_isas().front());
-    return std::string(file.status().message());
-  };
-  struct Case {
-    const char *scene, *named;
-  };
-  for (const Case& one :
-       {Case{"media { name: 'air' extinction { constant { constant: 1 } } } "
-             "shapes { sphere { radius: 1 } interior_medium: 'air' }",
-             "a scene without media"},
-        Case{"materials { name: 'm' diffuse { } opacity { constant: 0.5 } } shapes { sphere { radius: 1 } "
-             "material: 'm' }",
-             "without surfaces that light passes straight"},
-        Case{"materials { name: 'm' coated_conductor { } } shapes { sphere { radius: 1 } material: 'm' }",
-             "materials other than coated conductors"},
-        Case{"lights { infinite { radiance { constant: 1 } } } lights { infinite { radiance { constant: 1 } "
-             "} }",
-             "no more than one light from all around"}}) {
-    EXPECT_THAT(refusal(one.scene, v1::MUTATION_KIND_PATH), HasSubstr(one.named));
-    EXPECT_THAT(refusal(one.scene, v1::MUTATION_KIND_LENS), HasSubstr(one.named));
-    EXPECT_EQ(refusal(one.scene, v1::MUTATION_KIND_PRIMARY), "");
-  }
-  EXPECT_EQ(refusal("", v1::MUTATION_KIND_PATH), "");
-  EXPECT_EQ(refusal("", v1::MUTATION_KIND_PATH, 64), "");
-  EXPECT_THAT(refusal("", v1::MUTATION_KIND_PATH, 65), HasSubstr("at most 64 events, and not of 65"));
-  EXPECT_THAT(refusal("", v1::MUTATION_KIND_PATH, 5, "camera { spherical { } } film { width: 4 height: 4 }"),
-              HasSubstr("perspective or orthographic camera"));
-}
-
 TEST(LoadScene, AnEmptySceneIsBlack) {
   for (const std::string& isa : render::supported_isas()) {
     for (const char* scene : {"", "media { name: 'air' } settings { integrator: 'volpath' }"}) {

@@ -17,7 +17,6 @@
 #include "render/build/scene_content.h"
 #include "render/build/sharing_pilot.h"
 #include "render/build/view/layers.h"
-#include "render/build/view/path_mutations.h"
 #include "render/core/stopped.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
@@ -178,7 +177,6 @@ class BuiltScene final : public RenderScene {
                                                                  const v1::JobSpec& job,
                                                                  const std::stop_token& stop) {
     throw_if_stopped(stop);
-    if (auto s = check_path_mutations(self->tables_); !s.ok()) return s;
     if (!job.view().layers().empty()) {
       auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
                                  self->content_->shape_numbers, self->content_->arrays);

@@ -81,23 +81,6 @@ TexelFilter filter_of(v1::TextureFilter asked) {
   }
 }
 
-MutationKind mutation_kind(v1::MutationKind asked) {
-  switch (asked) {
-    case v1::MUTATION_KIND_PATH:
-      return MutationKind::kPath;
-    case v1::MUTATION_KIND_BIDIRECTIONAL:
-      return MutationKind::kBidirectional;
-    case v1::MUTATION_KIND_LENS:
-      return MutationKind::kLens;
-    case v1::MUTATION_KIND_CAUSTIC:
-      return MutationKind::kCaustic;
-    case v1::MUTATION_KIND_MULTI_CHAIN:
-      return MutationKind::kMultiChain;
-    default:
-      return MutationKind::kPrimary;
-  }
-}
-
 }  // namespace
 
 Settings read_settings(const v1::JobSpec& job) {
@@ -134,8 +117,7 @@ Settings read_settings(const v1::JobSpec& job) {
     result.metropolis = {.mutations = metropolis.mutations(),
                          .candidates = metropolis.candidates(),
                          .large_steps = static_cast<float>(metropolis.large_steps()),
-                         .step = static_cast<float>(metropolis.step()),
-                         .kind = mutation_kind(metropolis.kind())};
+                         .step = static_cast<float>(metropolis.step())};
   }
   const v1::JobSpec::View& view = job.view();
   if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;

@@ -69,7 +69,7 @@ bool Chains::run(const FamilyName& name, float share, Film& film, std::stop_toke
   if (!(light > 0)) return true;  // no candidate has found any: an estimate like others
   start_chains(light);
   const double mean = light / static_cast<double>(candidates_.size());
-  splats_.set_scale(static_cast<float>(mean / kChains / config_.mutations * share));
+  scale_ = static_cast<float>(mean / kChains / config_.mutations * share);
   for (std::uint32_t step = 0; step < config_.mutations; ++step) {
     if (stop.stop_requested()) return false;
     {
@@ -84,7 +84,7 @@ bool Chains::run(const FamilyName& name, float share, Film& film, std::stop_toke
     }
   }
   for (const Chain& chain : chains_) splat(chain, chain.weight);
-  splats_.flush(film);
+  flush(film);
   return true;
 }
 
@@ -320,7 +320,7 @@ void Chains::decide(int first, int count, Film& film) {
     }
   }
   stats_.mutations += static_cast<std::uint64_t>(count);
-  splats_.flush(film);
+  flush(film);
 }
 
 /// The coordinates of a slot become the chain's.
@@ -340,6 +340,21 @@ void Chains::keep(int chain, int slot) {
   };
   copy_events(batch_.from_eye[slot] - 1, 0, kFirstLightPlace);
   copy_events(batch_.from_light[slot] - 1, kFirstLightPlace, kPlacesPerEvent);
+}
+
+/// Adds a path to the film by how likely a chain is there.
+void Chains::splat(const Path& path, float weight) {
+  if (!(path.brightness > 0) || !(weight > 0)) return;
+  const float scale = weight * scale_ / path.brightness;
+  const auto band = [&](int number) {
+    return band_mean(number, [&](int lane) { return path.light[lane] * scale; });
+  };
+  splats_.push_back({path.x, path.y, {band(0), band(1), band(2)}, 0});
+}
+
+void Chains::flush(Film& film) {
+  film.splat(splats_);
+  splats_.clear();
 }
 
 }  // namespace tessera::render::TESSERA_ISA

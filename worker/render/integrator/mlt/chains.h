@@ -13,7 +13,6 @@
 
 #include "render/film/film.h"
 #include "render/film/tile_request.h"
-#include "render/integrator/mlt/chain_splats.h"
 #include "render/integrator/mlt/metropolis_config.h"
 #include "render/integrator/mlt/primary_space.h"
 
@@ -89,9 +88,8 @@ class Chains {
   void keep(int chain, int slot);
   void make();
   Path made(int slot, const Path& asked) const;
-  void splat(const Path& path, float weight) {
-    splats_.add(path.x, path.y, path.light, path.brightness, weight);
-  }
+  void splat(const Path& path, float weight);
+  void flush(Film& film);
 
   PathSpace& space_;
   const MetropolisConfig config_;
@@ -101,6 +99,7 @@ class Chains {
   const float largest_step_, log_ratio_;  // of small steps, and of the least to the largest
 
   std::uint32_t key_ = 0;  // of the family's numbers
+  float scale_ = 0;        // of what a chain finds in a step
   std::vector<Path> candidates_;
   std::vector<double> candidate_light_;
   std::vector<Chain> chains_;
@@ -111,7 +110,7 @@ class Chains {
   std::vector<int> first_of_way_;
   PathBatch batch_{};
   alignas(64) float brightness_[kSubpaths];
-  ChainSplats splats_;
+  std::vector<Splat> splats_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

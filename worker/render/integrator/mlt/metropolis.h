@@ -1,17 +1,13 @@
 // Metropolis light transport [Veach & Guibas 1997] in primary sample space, with the ways of bidirectional
 // path tracing as a coordinate [Hachisuka, Kaplanyan & Dachsbacher 2014].
 //
-// Or in path space, by Veach's mutations [Veach 1997, chapter 11].
-//
 // A pass is as many mutations as the film has pixels, or one family of chains where that is more. What the
 // camera sees of lights without any scattering is added by camera rays.
 #pragma once
 
-#include <memory>
 #include "render/integrator/integrator.h"
 #include "render/integrator/mlt/chains.h"
 #include "render/integrator/mlt/path_maker.h"
-#include "render/integrator/mlt/path_space/path_chains.h"
 #include "render/integrator/path/wavefront.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -23,15 +19,11 @@ class Metropolis final : public Integrator {
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  bool run(const FamilyName& name, float share, Film& film, std::stop_token stop);
-
   const SceneTables& scene_;
   const std::uint64_t seed_;
   Wavefront eye_;  // finds lights that are seen directly
-  // Those of one space or the other
-  std::unique_ptr<PathMaker> paths_;
-  std::unique_ptr<Chains> chains_;
-  std::unique_ptr<PathChains> path_chains_;
+  PathMaker paths_;
+  Chains chains_;
   std::uint32_t families_;  // a pass
 };
 
