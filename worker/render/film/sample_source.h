@@ -42,9 +42,6 @@ struct PixelGroup {
   std::uint32_t width = 1, height = 1, step = 1;
 
   int count() const { return static_cast<int>(width * height); }
-  /// The upper left pixel of block `i`, from that of the cell.
-  std::uint32_t x(std::uint32_t i) const { return i % width * step; }
-  std::uint32_t y(std::uint32_t i) const { return i / width * step; }
 };
 
 /// Says what is to be sampled next.
