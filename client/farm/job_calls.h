@@ -21,8 +21,8 @@ class JobCalls {
   struct Reuse {
     std::string continued;  // this job's; empty: those of whichever job has most of them
     bool fresh = false;     // nobody's
-    // Of the submission: with one that the user has given before, the answer is the job of then, as long as
-    // it is kept. Empty: a new one.
+    // The submission's own id: a user who gives one for the second time is answered with the job of the first
+    // time, as long as that job is kept. Empty: a new one.
     std::string request_id = {};
   };
   /// Returns the job's id. FailedPrecondition when blobs are missing, or the job is not one to continue with

@@ -1,4 +1,4 @@
-// What workers would refuse of a scene's shapes, found by the same code before it is submitted.
+// Finds the shapes of a scene that workers would refuse, by the same code, before it is submitted.
 #pragma once
 
 #include <vector>

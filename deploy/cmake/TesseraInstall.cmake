@@ -3,7 +3,7 @@
 # all that these rules need, and no test.
 add_custom_target(programs)
 
-# What programs say of themselves, as files that man and shells look for: a folder like that of the prefix.
+# The folder of man pages and completions that programs write of themselves, laid out like the prefix.
 set(TESSERA_SELF_DESCRIPTIONS ${CMAKE_BINARY_DIR}/self-descriptions)
 install(DIRECTORY ${TESSERA_SELF_DESCRIPTIONS}/share DESTINATION .)
 

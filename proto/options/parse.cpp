@@ -82,7 +82,7 @@ class Parser {
       app_.parse(reversed_words());
       if (arguments_->empty()) take_arguments({});
     } catch (const CLI::RequiredError& error) {
-      // What is worked on comes before how.
+      // A missing argument is told before a missing option.
       const OptionSpec* const argument = arguments_->empty() ? required_argument() : nullptr;
       fault = argument != nullptr ? argument->name() + " is required" : error.what();
     } catch (const CLI::ArgumentMismatch& error) {

@@ -29,7 +29,7 @@ class ClassCensus {
     const std::vector<std::string>& tags;
     std::uint32_t max_workers = 0;  // at a time; 0: any number
   };
-  // Of what is remembered; further claims are not.
+  // Bounds of what is remembered; further claims are not.
   static constexpr std::size_t kMostConfirmedClasses = 256, kMostConfirmedIdentities = 16'384;
 
   /// `named`: classes that the operator vouches for.

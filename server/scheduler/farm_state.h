@@ -32,7 +32,7 @@ struct HostRecord {
   Time barred_until{};
 };
 
-/// What units of the latest results cost on one thread of a usual worker, in ms. Of one identity so few count
+/// Costs of the latest results' units on one thread of a usual worker, in ms. So few of one identity count
 /// that those of others are always among them.
 class LatestCosts {
  public:

@@ -96,7 +96,7 @@ std::vector<std::uint32_t> PhasePlan::sources(std::uint32_t unit) const {
   // All of the phases before, whose blobs are in every part of this one.
   const std::uint32_t before = own_phase == 0 ? 0 : roots_[own_phase - 1] + 1;
   for (std::uint32_t source = 0; source < before; ++source) found.push_back(source);
-  // Of its own phase those that it merges, level by level.
+  // A merge has also the units of its own phase that it merges, level by level.
   if (step == nullptr || step->level == 0) return found;
   std::vector<std::uint32_t> level = inputs(unit);
   while (!level.empty()) {

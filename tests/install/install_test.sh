@@ -64,7 +64,7 @@ for file in LICENSE README.md docs/farm.md; do
 done
 has "$prefix/lib/systemd/system/tessera-server.service" "ExecStart=$prefix/bin/tessera-server "
 
-# As a package is made: files below DESTDIR know of the prefix alone.
+# A package is made like this: files below DESTDIR know of the prefix alone.
 DESTDIR=$work/staged cmake --install "$build" --prefix /usr >>install.log || die "cmake --install, DESTDIR"
 [ "$("$work/staged/usr/bin/tessera" --version)" = "$(tessera --version)" ] || die "tessera below DESTDIR"
 has "$work/staged/usr/lib/systemd/system/tessera-worker.service" "ExecStart=/usr/bin/tessera-worker "

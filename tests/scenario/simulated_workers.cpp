@@ -158,7 +158,7 @@ void Simulation::check_grant(const Worker& worker, const v1::LeaseToken& token) 
     const bool of_phase = !promise.request.plan->is_of_picture(one);
     const bool second_opinion =
         (liars_ || audits_ || of_phase) && result.host != worker.host && result.units == covered_by(token);
-    // Of a unit of a phase once more in the life of a coordinator, when somebody can make nothing of it.
+    // A unit of a phase is asked for once more in each life of a coordinator, when somebody cannot read it.
     const std::uint64_t most = of_phase ? 2 + counts_.coordinator_deaths : 1;
     const bool again = one == token.unit_index() && ++result.second_leases > most;
     if (!second_opinion || (again && !result.disputed && !coordinator_->waits_for_commit())) {

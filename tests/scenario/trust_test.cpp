@@ -1,5 +1,5 @@
-// What one dishonest certificate can do to a farm: take over jobs by what it claims, darken pictures, and
-// have users pay for it. The worlds below are the scheduler alone, with time that is made up.
+// One dishonest certificate tries all that it can do to a farm: take over jobs by what it claims, darken
+// pictures, and have users pay for it. The worlds below are the scheduler alone, with time that is made up.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -419,7 +419,7 @@ Tally tally(World world, std::uint64_t worlds) {
   return sum;
 }
 
-/// Of the case that the promise is about; and of each of the others.
+/// Worlds of the case that the promise is about; and of each of the others.
 std::uint64_t many_worlds() { return test::how_often("TESSERA_WORLDS", 500, 1'000'000); }
 std::uint64_t worlds() { return test::how_often("TESSERA_WORLDS", 500, 20'000); }
 
@@ -463,13 +463,13 @@ TEST(Picture, IsNotDarkenedByOneOfFive) {
   EXPECT_EQ(tally({.identities = 5, .lie = Lie::kBlackLater}, worlds()).unmarked, 0u);
 }
 
-// What chance cannot find: one bad unit of hundreds, or a few pixels of it. The figures are in
+// Chance may miss one bad unit of hundreds, or a few pixels of it. The figures are in
 // docs/decisions/0009-scheduling.md.
 TEST(Picture, MayHaveAFewWrongUnits) {
   // Each unit that is black is looked at, but for those that nobody looks at: with large tiles, none.
   EXPECT_EQ(tally({.lie = Lie::kFewBlackUnits, .spot_share = kLargeTiles}, worlds()).unmarked, 0u);
   const Tally small = tally({.lie = Lie::kFewBlackUnits, .spot_share = kSmallTiles}, worlds());
-  // Of n black ones all are missed by chance (1 - p)^n, n being binomial with a mean of 3.
+  // All of n black ones are missed with probability (1 - p)^n, n being binomial with a mean of 3.
   const double p = 1 - (1 - SchedulerOptions{}.spot_work / kSmallTiles) * 0.99;
   const double expected = std::exp(-3 * p) - std::exp(-3.0);
   const double deviation = std::sqrt(expected * (1 - expected) / static_cast<double>(small.worlds));

@@ -9,7 +9,7 @@
 
 namespace tessera::client::assimp {
 
-/// What a process may take beyond what this one has now.
+/// Bounds of what a process may take beyond what this one has now.
 struct ProcessBounds {
   std::uint64_t memory_bytes = 0;
   std::uint64_t cpu_seconds = 0;

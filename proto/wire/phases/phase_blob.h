@@ -8,7 +8,7 @@
 
 namespace tessera::wire {
 
-/// What a job says of the blob that a part or a merge of one of its phases makes.
+/// Describes the blob that a part or a merge of one of a job's phases makes, as far as the job says.
 struct PhaseBlob {
   std::uint32_t first_part = 0, end_part = 1;  // parts that are in it
   std::uint32_t parts = 1;                     // of the phase
@@ -30,7 +30,7 @@ struct PhaseBlobCheck {
 };
 
 extern const PhaseBlobCheck kIrradianceRecordsCheck, kGuideSumsCheck;
-// Of radiosity's phases: links between whole sides, links between patches, and the solution.
+// Radiosity's phases make links between whole sides, links between patches, and the solution.
 extern const PhaseBlobCheck kEstimateLinksCheck, kPatchLinksCheck, kRadiositySolutionCheck;
 extern const PhaseBlobCheck kNoisePilotCheck;  // noise_pilot_blob.cpp
 

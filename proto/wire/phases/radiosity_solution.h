@@ -27,10 +27,10 @@ struct SolutionPatch {
 /// Patches and vertices, over which irradiance and radiosity are continuous: linear over each patch, and
 /// along an edge with larger ones beyond it linear over these.
 struct Solution {
-  // Of each node, sides first: the first of its four parts, or, where it has none, -1 - its patch.
+  // One for each node, sides first: the first of its four parts, or, where it has none, -1 - its patch.
   std::vector<std::int32_t> nodes;
   std::uint32_t sides = 0;
-  // Of each triangle, 1 where its corners go clockwise, seen from where its side 0 is.
+  // One for each triangle: 1 where its corners go clockwise, seen from where its side 0 is.
   std::vector<std::uint8_t> turned;
   std::vector<SolutionPatch> patches;
   std::vector<SolutionVertex> vertices;

@@ -266,7 +266,7 @@ void Audits::adjudicate(FarmJob& job, std::uint32_t unit) {
   const bool disputed = std::any_of(audit.opinions.begin(), audit.opinions.end(), differs);
   const std::optional<Verdict> verdict = verdict_of(audit.opinions, disputed ? votes_needed(job, audit) : 0);
   if (!verdict) {
-    // What is made of it until somebody comes would be in doubt.
+    // Until somebody comes who can decide, everything that is made of the blob would be in doubt.
     if (audit.opinions.size() > 1 && !job.request.plan->is_of_picture(unit) && !anyone_can_make(job, audit))
       set_disputed_aside(job, unit);
     return;

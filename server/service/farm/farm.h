@@ -217,7 +217,7 @@ class Farm {
   absl::Status check_after(const v1::JobSpec& spec);
   /// Whether the units of one more job fit into memory. With mutex_ held.
   absl::Status check_capacity(const JobShape& shape) const;
-  /// What the user has of the farm. With mutex_ held.
+  /// Returns the user's share of the farm. With mutex_ held.
   UserShare share_of(const std::string& user) const;
   /// The share that the job's user has with one more such job, and with these blobs. With mutex_ held.
   UserShare share_with(const JobShape& shape, const std::vector<std::uint64_t>& sizes) const;

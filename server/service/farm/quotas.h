@@ -27,7 +27,7 @@ absl::Status read_quota(const std::string& text, PerUser<std::uint64_t>& quota);
 /// The same in GB, which may have a fraction.
 absl::Status read_gigabytes(const std::string& text, PerUser<std::uint64_t>& quota);
 
-/// What a user has of the farm, with what is asked for.
+/// A user's share of the farm, with what is asked for.
 struct UserShare {
   std::uint64_t open_jobs = 0;
   std::uint64_t units = 0;       // of jobs whose units are in memory

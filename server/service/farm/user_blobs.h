@@ -24,7 +24,7 @@ class UserBlobs {
   void remove(const v1::JobSpec& spec);
 
   std::uint64_t bytes_of(const std::string& user) const;
-  /// What that would be with one more job, of the user whom its spec names.
+  /// Returns the bytes with one more job, of the user whom its spec names.
   std::uint64_t bytes_with(const v1::JobSpec& spec, const std::vector<std::uint64_t>& sizes) const;
   /// Size of a blob that some job names.
   std::optional<std::uint64_t> size_of(const std::string& digest) const;

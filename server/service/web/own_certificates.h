@@ -28,7 +28,7 @@ class OwnCertificates {
   /// Whether the files were written since read() last looked at them.
   bool has_news(const std::filesystem::path& folder);
 
-  /// What GnuTLS takes for a handshake; valid for as long as this object.
+  /// Chain and key for a handshake of GnuTLS; valid for as long as this object.
   struct Shown {
     gnutls_pcert_st* chain = nullptr;
     unsigned length = 0;

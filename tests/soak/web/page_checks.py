@@ -137,7 +137,7 @@ async def noise(farm, browser):
         values = "[...viewer.source.pieces.values()].find((piece) => piece.level === 0 && piece.data).data"
         mean = f"(() => {{ const v = [...{values}]; return v.reduce((a, b) => a + b, 0) / v.length; }})()"
         told[words] = await browser.evaluate(mean)
-    # Of the same samples; the pilot's is an upper bound where samples go into several pixels.
+    # Both are of the same samples; the pilot's is an upper bound where samples go into several pixels.
     pilot, variance = told.values()
     print(f"  noise of the pilot {pilot:.4f}, of the variance {variance:.4f}")
     check(0.2 < pilot / variance < 5, told)

@@ -146,7 +146,7 @@ TEST(PhaseBlobs, PilotsAreOfTheirOwnStripe) {
   EXPECT_EQ(fault(kNoisePilotCheck, blob, other), "a pilot of other blocks of the picture than its own");
   EXPECT_EQ(fault(kNoisePilotCheck, with(blob, blob.size() - sizeof(float), kNaN), kJob),
             "no pilot of a picture's noise");
-  // Of more parts than rows some have nothing.
+  // Some parts have nothing where there are more of them than rows.
   PhaseBlob empty = kJob;
   empty.parts = 1000;
   EXPECT_EQ(fault(kNoisePilotCheck, "", empty), "");

@@ -1,4 +1,4 @@
-// What builders of hierarchies make of primitives that nothing can part.
+// Builders of hierarchies come to an end with primitives that nothing can part.
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -238,7 +238,7 @@ TEST(SceneMemory, IsWhatTheHeapGrowsBy) {
       "camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-9, "
       "0,0,0,1] } } film { width: 8 height: 8 } settings { integrator: 'volpath' spp: 1 path_sharing: "
       "PATH_SHARING_OFF } ";
-  // What the first scene of a program leaves behind is none of a scene's.
+  // The first scene of a program leaves memory behind that is none of a scene's.
   ASSERT_TRUE(load_scene_text(view + "shapes { sphere { radius: 1 } }", {}, isa).ok());
   for (const Content& content : kContents) {
     SCOPED_TRACE(content.name);

@@ -246,7 +246,7 @@ TEST_F(PhaseTrustTest, WhereTwoDisagreeAndNobodyDecidesTheJobSaysSoAndARetryMake
   work({liar, honest}, spec);
   EXPECT_EQ(job(id).state(), v1::INCOMPLETE);
   EXPECT_THAT(job(id).error(), HasSubstr("disagree on what it makes, and there is nobody else to decide"));
-  // As long as both are there, it ends like that again.
+  // It ends like that again as long as both are there.
   EXPECT_EQ(retry(id).state(), v1::RUNNING);
   work({honest, liar}, spec);
   EXPECT_EQ(job(id).state(), v1::INCOMPLETE);

@@ -42,7 +42,7 @@ class CoordinatorLink {
   /// Hands the blob's bytes from the offset on to `sink`, whose error ends the call.
   virtual absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) = 0;
 
-  /// What a worker uploads, and the lease that calls for it.
+  /// A blob that a worker uploads, and the lease that calls for it.
   struct UnitBlob {
     v1::BlobRef ref;
     std::string_view bytes;

@@ -98,7 +98,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
     const absl::StatusOr<std::string> worker_id = session_.worker_id(stop);
     if (!worker_id.ok()) return;
     const absl::Status uploaded = upload(link_, outcome, *worker_id, leases_.token(*outcome.unit), stop);
-    // What is wrong with the lease would be wrong with the result's, too: it is no failure of the unit.
+    // A fault of the lease would be one of the result's, too: it is no failure of the unit.
     const bool is_of_lease = absl::IsNotFound(uploaded) || absl::IsFailedPrecondition(uploaded);
     if (!uploaded.ok() && !is_of_lease && !transport::is_transient(uploaded) && !stop.stop_requested()) {
       outcome.failure = uploaded;

@@ -1,4 +1,4 @@
-// What a scene has built to answer its rays, whoever does.
+// The structure that a scene has built to answer its rays, Embree's or one of our own.
 #pragma once
 
 #include <cstddef>

@@ -163,7 +163,7 @@ SharingPilot make_sharing_pilot(const Algorithm& algorithm, const SceneTables& s
     asked[shared] = static_cast<double>(stats.rays());
   }
   if (asked[0] == 0) return {};
-  // What the pixels of a group have in common is all that their mean has beyond what independent ones have.
+  // The mean of a group has the noise of independent pixels, and beyond that only what they have in common.
   const double others = others_in_block(group) / (group.count() - 1);
   std::vector<Noises> places;
   for (std::size_t i = 0; i < errors[0].size(); ++i) {

@@ -13,7 +13,7 @@ struct SharingPilot {
   double alone = 0;            // relMSE of pixels alone, a sample
   double error = 0;            // standard error of the logarithm of the geometric mean of both noises
 
-  /// What is looked at from afar, filtered or denoised is made of areas like these.
+  /// Side of the areas, in pixels, that a look from afar, a filter or a denoiser sees as one.
   static constexpr int kBlock = 8;
 
   /// Returns the efficiency (1 / (relMSE x CPU time)) with sharing over that without: the geometric mean of

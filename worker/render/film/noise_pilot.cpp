@@ -209,7 +209,7 @@ Pilot NoisePilot::result() const {
           error += apart * apart / 2 * samples / (mean[c] * mean[c] + wire::kPilotDarkness);
         }
       }
-      // Of one pixel there is but one half.
+      // One pixel alone makes but one half.
       found.error[half] = count > 0
                               ? std::min(static_cast<float>(error / (kColors * count)), wire::kMostPilotError)
                               : found.error[0];

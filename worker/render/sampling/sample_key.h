@@ -1,4 +1,4 @@
-// What a Sampler knows a sample of a film by.
+// Keys by which a Sampler knows the samples of a film.
 #pragma once
 
 #include <algorithm>

@@ -22,7 +22,7 @@ constexpr const char* kMirror = "conductor {}";
 constexpr const char* kClearCoat = "coated_diffuse {}";
 constexpr const char* kFrosted = "dielectric { roughness { u { constant: 0.3 } v { constant: 0.3 } } }";
 
-/// What is said of a room with a ball of the material, in which `light` shines.
+/// Returns the warnings of a room with a ball of the material, in which `light` shines.
 std::vector<std::string> warnings(const std::string& integrator, const std::string& light,
                                   const std::string& ball, std::uint32_t max_depth = 5) {
   SceneJob job;

@@ -1,4 +1,4 @@
-// What workers may upload, and what becomes of it.
+// Workers upload only what a lease calls for; and what becomes of that.
 #include "service/farm/lease_uploads.h"
 
 #include <gmock/gmock.h>

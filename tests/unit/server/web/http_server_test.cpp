@@ -196,8 +196,8 @@ TEST_F(PageConnections, OfOneMemberAreAsThoseOfStrangersBeyondABound) {
   EXPECT_TRUE(streams[1]->hears("event: still"));
 }
 
-/// What a server shows in a handshake; and the connection answers. `folder` has the caller's own certificate,
-/// if any.
+/// Connects with TLS, answers requests, and knows the certificate that the server has shown.
+/// `folder` has the caller's own certificate, if any.
 class EncryptedConnection {
  public:
   explicit EncryptedConnection(int port, const std::filesystem::path& folder = {})

@@ -100,8 +100,8 @@ class BvhBuilder {
     return part_by_sah(refs, box, centres);
   }
 
-  /// Of triangles with the same corners a ray meets the one with the least numbers, whatever order it sees
-  /// them in: the others can be left out, unless it may pass through.
+  /// Marks all but one of the triangles with the same corners: a ray meets the one with the least numbers,
+  /// whatever order it sees them in, so that the others can be left out, unless it may pass through.
   void note_twins(std::span<const BvhRef> refs) {
     std::vector<const Primitive*> triangles;
     for (const BvhRef& ref : refs) {

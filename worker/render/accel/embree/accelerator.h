@@ -52,7 +52,7 @@ class Accelerator final : public RayStructure {
   std::size_t memory_bytes() const override { return static_cast<std::size_t>(memory_bytes_.load()); }
   float bounding_radius() const override { return bounding_radius_; }
   const float* bounding_centre() const override { return bounding_centre_; }
-  /// As many as Embree sorts by direction as one stream.
+  /// Embree sorts as many by direction as one stream.
   int shadow_rays_at_a_time() const override { return 1024; }
 
  private:

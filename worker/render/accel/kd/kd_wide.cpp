@@ -23,7 +23,7 @@ class KdUnfolded {
       leaf.count = static_cast<std::uint32_t>(items.size());
       for (const std::uint32_t i : items) {
         const Box part = part_within(primitives_[i], cell);
-        // What is in the cell by a rounding of the builder's alone stays in it.
+        // A primitive that is in the cell by a rounding of the builder's alone stays in it.
         leaf.box.add(part.empty() ? box_of(primitives_[i]).within(cell) : part);
       }
       return self;

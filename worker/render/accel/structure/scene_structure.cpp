@@ -137,7 +137,7 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
   if (auto status = build_level(options, world_); !status.ok()) return status;
   figures_.sah_cost = figures_of(world_.tree).sah_cost;
   figures_.bytes += sizeof(ExactAffine) * (instance_from_render_.size() + inner_from_holder_.size());
-  // As Embree's: half-spaces say nothing about the size of the scene.
+  // Half-spaces say nothing about the size of the scene; Embree's bounds leave them out, too.
   Box box;
   for (const Primitive& primitive : world_.primitives) {
     const bool unbounded =

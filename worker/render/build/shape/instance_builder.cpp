@@ -233,7 +233,7 @@ absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held,
   const auto first = static_cast<std::int32_t>(table_.inner.size());
   const Holder group{Transform::translation(-*anchor), table_.inner};
   const auto add = [&](ObjectPart part) {
-    // What has no end must not count for the size of the group.
+    // A part without end must not count for the size of the group.
     const bool inside = kept && !is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
     if (inside) return add_instance(part, group);
     outside.push_back(std::move(part));

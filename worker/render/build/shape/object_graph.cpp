@@ -139,7 +139,7 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
     for (const int held : graph.held_by(*holder)) ++uses[at(held)];
   }
   if (graph.depth() == 1) return plan;
-  // What each object comes to, flattened, and how many places its tree has.
+  // Flattened parts of each object, and how many places its tree has.
   std::vector<std::uint64_t> flat = own, places = own;
   for (std::uint64_t& count : places) count = sum(count, 1);
   flatten_counts(graph, flat);

@@ -68,7 +68,7 @@ class FaultFinder {
 }  // namespace
 
 std::vector<ShapeFault> find_shape_faults(const v1::Scene& scene, const BlobSource& blobs, std::size_t most) {
-  // What is wrong with the camera is told elsewhere.
+  // Faults of the camera are told elsewhere.
   const auto origin = render_origin(scene);
   const RenderSpace space = render_space_about(origin.ok() ? *origin : Imath::V3d(0, 0, 0));
   FaultFinder finder(blobs, most);

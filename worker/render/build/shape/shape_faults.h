@@ -1,4 +1,4 @@
-// What is wrong with the shapes of a scene, all at once, without building it: for clients, before they
+// Finds all faults of the shapes of a scene at once, without building it: for clients, before they
 // submit.
 #pragma once
 

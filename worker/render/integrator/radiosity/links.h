@@ -92,8 +92,8 @@ class Linker {
   /// Findings about a pair, by rays from each of the receiver's points.
   struct Finding {
     View view;  // of a patch
-    // What arrives, and what would if nothing were in the way: of patches a count of rays, of clusters parts
-    // of a form factor, of lights irradiance.
+    // The light that arrives, and that would if nothing were in the way: for patches a count of rays, for
+    // clusters parts of a form factor, for lights irradiance.
     Colour arrives[kPoints], sent[kPoints];
 
     /// Form factor at a point, with what is in the way; of patches.

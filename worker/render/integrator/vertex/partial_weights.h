@@ -76,7 +76,7 @@ struct PartialWeights {
 /// The weight of a way, given the sums over the ways with fewer vertices from the light and from the eye.
 TESSERA_INLINE Float weight_of_way(Float from_light, Float from_eye) {
   const Float sum = 1.0f + from_light + from_eye;
-  // What overflows, or is none any more, is next to impossible here and likely elsewhere.
+  // A way whose sum overflows, or is NaN, is next to impossible here and likely elsewhere.
   return select_or_zero(is_finite(sum), 1.0f / sum);
 }
 

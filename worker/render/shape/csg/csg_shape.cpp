@@ -60,7 +60,7 @@ class BoxTest {
     begin_ = -ray.t;
     for (int i = 0; i < kDoubleWidth; ++i) end_[i] = static_cast<double>(t_far[i]) - ray.t[i];
   }
-  /// Of whole lines.
+  /// Tests whole lines.
   explicit BoxTest(const DoubleRay& ray) : begin_(splat(-kNoRoot)), end_(splat(kNoRoot)) {
     for (int i = 0; i < 3; ++i) {
       o_[i] = ray.o[i];
@@ -141,7 +141,7 @@ struct Borders {
       float nearest = __builtin_inff();
       CsgBorder border;
       while (sweep.next(border)) {
-        // As nearest() rounded it: of those that are the same the first was met.
+        // Rounded like in nearest(), which met the first of those that are the same.
         const float off = std::abs(static_cast<float>(ray.t[i] + border.at.s) - wanted[lane]);
         if (!(off < nearest)) continue;
         nearest = off;

@@ -42,7 +42,7 @@ Double ray_parameter(const ObjectChord& chord, Double s, Mask found) {
 
 namespace {
 
-/// What an enclosure tells of parts of chords.
+/// The answer of an enclosure about parts of chords.
 struct PartAnswer {
   Mask empty;    // no root
   Mask one;      // exactly one, between signs that differ

@@ -29,7 +29,7 @@ struct ImplicitRecord {
   std::int32_t cells = 0;
   std::vector<std::uint64_t> marked;
 
-  // Of a polynomial: its degree, 0 for other functions.
+  // A polynomial's degree; 0 for other functions.
   std::int32_t degree = 0;
   // Coefficients for Horner's rule in x, y and z, from the highest powers down: for i, for j up to degree -
   // i, for k up to degree - i - j.

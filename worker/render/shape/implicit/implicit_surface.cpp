@@ -41,7 +41,7 @@ Point3 point_on_surface(const ImplicitRecord& surface, Vec3 o, Vec3 d, Float t, 
   const Double middle(t), off = fma(abs(middle), Double(0x1p-22), Double(1e-38));
   const ObjectChord chord = chord_within(surface, o, d, middle - off, middle + off, active);
   Double root = roots_between_signs(surface, chord);
-  // Of places that are touched, or have several roots, the nearest.
+  // The nearest root is taken where there are several, or the surface is touched.
   ObjectChord rest = chord;
   rest.meets = and_not(chord.meets, mask_of(root >= chord.begin));
   if (any(rest.meets)) root = select(double_mask_of(rest.meets), first_roots(surface, rest, false), root);
@@ -56,7 +56,7 @@ Point3 normal_at(const ImplicitRecord& surface, const Point3& p, const Point3& d
   const Point3 back = plus(p, d, -way / length_of(d)), here = gradient_at(surface, p);
   const Double steep = length_of(here);
   const auto usable = [&](Double a) { return (a > least) & (a < most); };
-  // What f rises by on the way there tells of a gradient that vanishes for less than another gradient does.
+  // The rise of f on the way there tells, with less work than another gradient, whether this one vanishes.
   DoubleMask regular = usable(steep) & (steep > abs(value_at(surface, back)) / way * far_less);
   Point3 n = here;
   if (any(and_not(active, mask_of(regular)))) {
