@@ -8,8 +8,8 @@
 #include <utility>
 
 #include "render/integrator/bdpt/bidirectional.h"
+#include "render/integrator/bdpt/merging.h"
 #include "render/integrator/path/wavefront.h"
-#include "render/integrator/vcm/merging.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -12,7 +12,7 @@
 
 #include "import/geometry/transform.h"
 #include "import/input/diagnostics.h"
-#include "import/pbrt/matter/color_space.h"
+#include "import/pbrt/file/color_space.h"
 
 namespace tessera::client::pbrt {
 

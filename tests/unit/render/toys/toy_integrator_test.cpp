@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "render/integrator/sample_batch.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/vertex.h"
 #include "support/kernel/kernel_scene.h"
 

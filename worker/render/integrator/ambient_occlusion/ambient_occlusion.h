@@ -5,8 +5,8 @@
 #include <stop_token>
 
 #include "render/integrator/integrator.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -1,7 +1,7 @@
 #include "render/integrator/bdpt/bidirectional.h"
 
 #include "render/camera/camera.h"
-#include "render/integrator/vcm/merging.h"
+#include "render/integrator/bdpt/merging.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/pass_time.h"

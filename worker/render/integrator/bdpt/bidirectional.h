@@ -17,8 +17,8 @@
 #include "render/integrator/bdpt/light_subpaths.h"
 #include "render/integrator/bdpt/strategy.h"
 #include "render/integrator/integrator.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/stage_timer.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/shadow_layers.h"
 #include "render/integrator/vertex/transit.h"
 

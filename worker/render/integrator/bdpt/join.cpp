@@ -2,8 +2,8 @@
 // from lights that it is joined to, and where it goes on.
 #include "render/core/constants.h"
 #include "render/integrator/bdpt/bidirectional.h"
+#include "render/integrator/bdpt/merging.h"
 #include "render/integrator/bdpt/ways.h"
-#include "render/integrator/vcm/merging.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/roulette.h"

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "render/integrator/guide/guided_event.h"
-#include "render/integrator/sample_batch.h"
+#include "render/integrator/vertex/sample_batch.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -12,8 +12,8 @@
 #include "render/integrator/bdpt/ways.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/mlt/primary_space.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/light_start.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/transit.h"
 
 namespace tessera::render::TESSERA_ISA {

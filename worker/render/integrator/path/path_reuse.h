@@ -18,8 +18,8 @@
 
 #include "render/integrator/guide/guide_field.h"
 #include "render/integrator/integrator.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/transit.h"
 #include "render/integrator/vertex/vertex.h"
 

@@ -16,9 +16,9 @@
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/photon/radiance_estimate.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/light_paths.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {

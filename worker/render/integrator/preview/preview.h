@@ -13,8 +13,8 @@
 #include "render/integrator/integrator.h"
 #include "render/integrator/preview/frame.h"
 #include "render/integrator/preview/raster.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {

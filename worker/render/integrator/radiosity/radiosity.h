@@ -3,8 +3,8 @@
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/radiosity/phases.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {

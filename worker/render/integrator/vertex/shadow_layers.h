@@ -4,7 +4,7 @@
 #include <memory>
 
 #include "render/integrator/integrator.h"
-#include "render/integrator/sample_batch.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/transit.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -3,10 +3,10 @@
 #pragma once
 
 #include "render/integrator/integrator.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/passing.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/sample_keys.h"
 #include "render/medium/medium.h"
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "render/integrator/integrator.h"
-#include "render/integrator/sample_batch.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/shadow_layers.h"
 #include "render/integrator/vertex/vertex.h"
 

@@ -1,4 +1,4 @@
-#include "render/integrator/vcm/merging.h"
+#include "render/integrator/bdpt/merging.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "import/pbrt/matter/color_space.h"
+#include "import/pbrt/file/color_space.h"
 
 namespace tessera::client::pbrt {
 namespace {

@@ -1,4 +1,4 @@
-#include "render/integrator/sample_batch.h"
+#include "render/integrator/vertex/sample_batch.h"
 
 #include <algorithm>
 #include <bit>
