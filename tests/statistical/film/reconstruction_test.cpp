@@ -20,7 +20,8 @@ constexpr std::size_t kPixels = kSide * kSide;
 /// Small squares of very different brightness, lit by lamps, before a sky: edges within nearly all pixels,
 /// and some at the film's borders.
 constexpr const char* kScene = R"(
-  camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
+  camera { perspective { fov_degrees: 40 }
+    world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
   textures { name: 'tiles' checkerboard { mapping { scale_u: 9 scale_v: 7 } } }
   materials { name: 'm' diffuse { reflectance { texture: 'tiles' } } }
   lights { infinite { radiance { constant: 0.3 } } }

@@ -132,7 +132,8 @@ std::string shadow_scene(double begin, double end, double opacity) {
     materials { name: 'wall' diffuse { reflectance { constant { constant: 0.7 } } } }
     materials { name: 'veil' diffuse { reflectance { constant { constant: 0.4 } } } )",
                       opacity < 1 ? absl::StrFormat("opacity { constant: %g } ", opacity) : "", R"(}
-    shapes { disk { radius: 20 } material: 'wall' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,6, 0,0,0,1] } }
+    shapes { disk { radius: 20 } material: 'wall'
+      world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,6, 0,0,0,1] } }
     shapes { disk { radius: 0.8 } material: 'veil' world_from_object { )",
                       placed(begin), " } ",
                       end > begin ? absl::StrCat("world_from_object_end { ", placed(end), " } ") : "", "}\n");

@@ -71,7 +71,8 @@ INSTANTIATE_TEST_SUITE_P(
         surface_case("SmoothCoat",
                      "coated_diffuse { reflectance { constant { constant: 0.6 } } eta { constant: 1.5 } }"),
         surface_case("CoatedConductor", R"(coated_conductor {
-          conductor { reflectance { constant { constant: 0.8 } } roughness { u { constant: 0.3 } v { constant: 0.3 } } }
+          conductor { reflectance { constant { constant: 0.8 } }
+            roughness { u { constant: 0.3 } v { constant: 0.3 } } }
           eta { constant: 1.5 } roughness { u { constant: 0.2 } v { constant: 0.2 } } })"),
         surface_case("BentSoftly",
                      absl::StrCat(kDiffuse, " displacement { texture: 'lower bumps' } bends_softly: true")),
@@ -87,7 +88,8 @@ INSTANTIATE_TEST_SUITE_P(Cameras, Bidirectional,
                          testing::Values(Case{"AllAround",
                                               things(kDiffuse) + lamps() + camera("spherical { }")},
                                          Case{"Moving", things(kDiffuse) + lamps() + camera(kPerspective, R"(
-                 world_from_camera_end { elements: [1,0,0,0.4, 0,0.5448,0.8386,-4, 0,0.8386,-0.5448,3, 0,0,0,1] })") +
+                 world_from_camera_end { elements: [1,0,0,0.4, 0,0.5448,0.8386,-4, 0,0.8386,-0.5448,3,
+                   0,0,0,1] })") +
                                                             R"( shapes { sphere { radius: 0.3 } material: 'm'
                      world_from_object { elements: [1,0,0,-1, 0,1,0,-1, 0,0,1,0.4, 0,0,0,1] }
                      world_from_object_end { elements: [1,0,0,1, 0,1,0,-1, 0,0,1,0.9, 0,0,0,1] } })"}),
@@ -113,7 +115,8 @@ std::string mist(const std::string& extinction) {
              "dielectric { eta { constant: 1.3 } roughness { u { constant: 0.4 } v { constant: 0.4 } } }") +
          absl::StrCat("media { name: 'mist' extinction { constant { constant: ", extinction,
                       " } } albedo { constant { rgb { r: 0.9 g: 0.8 b: 0.7 } } } g: 0.4 }") +
-         R"( media { name: 'smoke' extinction { constant { rgb { r: 2 g: 3 b: 5 } } } albedo { constant { constant: 0.9 } } g: -0.3 }
+         R"( media { name: 'smoke' extinction { constant { rgb { r: 2 g: 3 b: 5 } } }
+           albedo { constant { constant: 0.9 } } g: -0.3 }
       materials { name: 'border' interface { } }
       shapes { sphere { radius: 9 } material: 'border' interior_medium: 'mist' }
       shapes { sphere { radius: 0.5 } material: 'border' interior_medium: 'smoke' exterior_medium: 'mist'
@@ -131,7 +134,8 @@ INSTANTIATE_TEST_SUITE_P(
         Case{"LampOnABorder",
              mist("0.15") +
                  R"( shapes { sphere { radius: 0.5 } interior_medium: 'smoke' exterior_medium: 'mist'
-               area_light { radiance { constant: 5 } } world_from_object { elements: [1,0,0,0.4, 0,1,0,-0.3, 0,0,1,2.2, 0,0,0,1] } } )"},
+               area_light { radiance { constant: 5 } }
+                 world_from_object { elements: [1,0,0,0.4, 0,1,0,-0.3, 0,0,1,2.2, 0,0,0,1] } } )"},
         Case{"Point", mist("0.15") +
                           "lights { point { position { x: 0.5 y: -1 z: 2.5 } intensity { constant: 8 } } }"},
         Case{"Distant",
@@ -152,8 +156,10 @@ TEST(BidirectionalFog, AgreesWithPathTracing) {
 TEST(BidirectionalVeil, AgreesWithPathTracing) {
   expect_agreement(things("thin_dielectric { eta { constant: 1.5 } }") + camera(kPerspective) +
                        lamp("sphere { radius: 0.7 }", "", kAbove) + R"(
-      materials { name: 'veil' diffuse { reflectance { constant { constant: 0.5 } } } opacity { texture: 'checks' } }
-      shapes { disk { radius: 0.9 } material: 'veil' world_from_object { elements: [1,0,0,-0.5, 0,1,0,-0.8, 0,0,1,1.2, 0,0,0,1] } } )",
+      materials { name: 'veil' diffuse { reflectance { constant { constant: 0.5 } } }
+        opacity { texture: 'checks' } }
+      shapes { disk { radius: 0.9 } material: 'veil'
+        world_from_object { elements: [1,0,0,-0.5, 0,1,0,-0.8, 0,0,1,1.2, 0,0,0,1] } } )",
                    5, 0, "volpath");
 }
 

@@ -15,7 +15,8 @@ namespace {
 constexpr const char* kFloor = R"(
   materials { name: 'matt' diffuse { reflectance { constant { constant: 0.5 } } } }
   materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } }
-  materials { name: 'curtain' diffuse { reflectance { constant { constant: 0.2 } } } opacity { constant: 0.4 } }
+  materials { name: 'curtain' diffuse { reflectance { constant { constant: 0.2 } } }
+    opacity { constant: 0.4 } }
   materials { name: 'sheet' thin_dielectric { eta { constant: 1.5 } } }
   materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
   materials { name: 'red sheet' thin_dielectric { eta { constant: 1.5 }

@@ -27,18 +27,22 @@ std::string glossy_room(double alpha) {
   };
   return absl::StrCat(
       R"(
-      camera { perspective { fov_degrees: 60 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+      camera { perspective { fov_degrees: 60 }
+        world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
       materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.8 g: 0.6 b: 0.3 } } } } }
       materials { name: 'metal' conductor { reflectance { constant { constant: 0.8 } } )",
       rough(), R"( } }
-      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } } eta { constant: 1.5 } )",
+      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } }
+        eta { constant: 1.5 } )",
       rough(), R"( } }
-      materials { name: 'blinn' phong { diffuse { constant { constant: 0.3 } } specular { constant { constant: 0.4 } }
+      materials { name: 'blinn' phong { diffuse { constant { constant: 0.3 } }
+        specular { constant { constant: 0.4 } }
                                         exponent { constant: )",
       2 / (alpha * alpha), R"( } lobe: BLINN } }
       materials { name: 'both' mix { a: 'paint' b: 'metal' amount { constant: 0.5 } } }
       shapes { sphere { radius: 4 } material: 'paint' }
-      shapes { disk { radius: 3 } material: 'metal' world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,-1,0,0, 0,0,0,1] } }
+      shapes { disk { radius: 3 } material: 'metal'
+        world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,-1,0,0, 0,0,0,1] } }
       lights { point { position { x: 0 y: 2 z: -1 } intensity { constant: 20 } } })",
       ball(-0.9, 0.3, "varnish"), ball(0.5, 0.6, "blinn"), ball(1.1, -0.6, "both"));
 }

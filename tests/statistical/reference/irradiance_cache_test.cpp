@@ -89,13 +89,16 @@ TEST(IrradianceCache, LightThatCannotBeSummedFailsNoPhase) {
   SceneJob job;
   job.settings.set_integrator("irradiance-cache");
   const auto file = load_scene_text(R"(
-      camera { perspective { fov_degrees: 60 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+      camera { perspective { fov_degrees: 60 }
+        world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
       film { width: 32 height: 32 }
       materials { name: 'paint' diffuse { reflectance { constant { constant: 0.7 } } } }
       materials { name: 'silver' conductor { reflectance { constant { constant: 0.9 } } } }
-      shapes { disk { radius: 3 } material: 'paint' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,1] } }
+      shapes { disk { radius: 3 } material: 'paint'
+        world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,1] } }
       shapes { sphere { radius: 0.5 } material: 'silver' }
-      shapes { sphere { radius: 0.5 } area_light { radiance { constant: 1e17 } } world_from_object { elements: [1,0,0,1.2, 0,1,0,0.5, 0,0,1,0, 0,0,0,1] } } )",
+      shapes { sphere { radius: 0.5 } area_light { radiance { constant: 1e17 } }
+        world_from_object { elements: [1,0,0,1.2, 0,1,0,0.5, 0,0,1,0, 0,0,0,1] } } )",
                                     job, render::supported_isas().front());
   ASSERT_TRUE(file.ok()) << file.status();
   EXPECT_EQ(make_phases(*file).blobs.size(), 2u);
@@ -146,15 +149,18 @@ TEST(IrradianceCache, BlobsThatAreNotOfThePhasesAreRefused) {
 PictureRequest furnished_room(const std::string& integrator) {
   PictureRequest request;
   request.scene = R"(
-      camera { perspective { fov_degrees: 60 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+      camera { perspective { fov_degrees: 60 }
+        world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
       materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.8 g: 0.6 b: 0.3 } } } } }
       materials { name: 'other' diffuse { reflectance { constant { rgb { r: 0.2 g: 0.5 b: 0.7 } } } } }
       materials { name: 'silver' conductor { reflectance { constant { constant: 0.9 } } } }
-      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } } eta { constant: 1.5 }
+      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } }
+        eta { constant: 1.5 }
                                                    roughness { u { constant: 0.3 } v { constant: 0.3 } } } }
       materials { name: 'both' mix { a: 'paint' b: 'other' amount { constant: 0.3 } } }
       shapes { sphere { radius: 4 } material: 'paint' }
-      shapes { disk { radius: 3 } material: 'both' world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,-1,0,0, 0,0,0,1] } }
+      shapes { disk { radius: 3 } material: 'both'
+        world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,-1,0,0, 0,0,0,1] } }
       shapes { sphere { radius: 0.5 } material: 'silver'
                world_from_object { elements: [1,0,0,-0.8, 0,1,0,-0.5, 0,0,1,0, 0,0,0,1] } }
       shapes { sphere { radius: 0.5 } material: 'varnish'

@@ -77,7 +77,8 @@ INSTANTIATE_TEST_SUITE_P(
           intensity { constant: 9 } cone_angle_degrees: 35 cone_delta_degrees: 20 falloff: LINEAR } })"),
         light_case("SpotWithTexture",
                    R"(lights { spot { position { x: 0.5 y: -1 z: 2.5 } target { x: 0.1 z: 0.3 }
-          intensity { constant: 9 } cone_angle_degrees: 35 cone_delta_degrees: 20 texture: 'checks' up { y: 1 } } })"),
+          intensity { constant: 9 } cone_angle_degrees: 35 cone_delta_degrees: 20 texture: 'checks'
+            up { y: 1 } } })"),
         light_case(
             "Distant",
             "lights { distant { direction { x: 0.5 y: 0.3 z: -1 } irradiance { rgb { r: 2 g: 3 b: 1 } } } }"),
@@ -137,9 +138,9 @@ INSTANTIATE_TEST_SUITE_P(
           displacement { texture: 'lower bumps' })"),
         surface_case("RoughConductor", R"(conductor { reflectance { constant { constant: 0.8 } }
           roughness { u { constant: 0.3 } v { constant: 0.2 } } })"),
-        surface_case(
-            "Transmission",
-            R"(diffuse_transmission { reflectance { constant { constant: 0.3 } } transmittance { constant { constant: 0.5 } } })"),
+        surface_case("Transmission",
+                     R"(diffuse_transmission { reflectance { constant { constant: 0.3 } }
+              transmittance { constant { constant: 0.5 } } })"),
         surface_case("OneSided", absl::StrCat(kDiffuse, " one_sided: true")),
         surface_case("Coated",
                      R"(coated_diffuse { reflectance { constant { constant: 0.6 } } eta { constant: 1.5 }
@@ -157,8 +158,10 @@ INSTANTIATE_TEST_SUITE_P(Veil, LightTracing,
                          testing::Values(Case{
                              "PartlyOpaque",
                              things(kDiffuse) + kLamp + camera("perspective { fov_degrees: 20 }") + R"(
-      materials { name: 'veil' diffuse { reflectance { constant { constant: 0.5 } } } opacity { texture: 'checks' } }
-      shapes { disk { radius: 0.6 } material: 'veil' world_from_object { elements: [1,0,0,0.3, 0,1,0,-0.4, 0,0,1,2.35, 0,0,0,1] } } )"}),
+      materials { name: 'veil' diffuse { reflectance { constant { constant: 0.5 } } }
+        opacity { texture: 'checks' } }
+      shapes { disk { radius: 0.6 } material: 'veil'
+        world_from_object { elements: [1,0,0,0.3, 0,1,0,-0.4, 0,0,1,2.35, 0,0,0,1] } } )"}),
                          name_of_case);
 
 Case camera_case(const char* name, const std::string& kind, const std::string& more = "") {
@@ -182,7 +185,8 @@ INSTANTIATE_TEST_SUITE_P(
           world_from_camera { elements: [-2,0,0,0, 0,1.0896,1.6772,-4, 0,1.6772,-1.0896,3, 0,0,0,1] } } )"},
         Case{"Stretched", things(kDiffuse) + kLamp +
                               R"( camera { perspective { fov_degrees: 45 lens_radius: 0.1 focal_distance: 6 }
-          near_clip: 4.3 far_clip: 5.2 world_from_camera { elements: [1.3,0,0,0, 0,0.4903,0.67088,-4, 0,0.75474,-0.43584,3, 0,0,0,1] } } )"},
+          near_clip: 4.3 far_clip: 5.2 world_from_camera {
+            elements: [1.3,0,0,0, 0,0.4903,0.67088,-4, 0,0.75474,-0.43584,3, 0,0,0,1] } } )"},
         Case{"GaussianFilter", things(kDiffuse) + kLamp + camera(kPerspective),
              "kind: GAUSSIAN radius_x: 2 radius_y: 2 sigma: 0.7"}),
     name_of_case);

@@ -39,18 +39,21 @@ inline TestBlobs light_blobs() {
 }
 
 inline constexpr const char* kTextures = R"(
-  textures { name: 'checks' checkerboard { even { constant { rgb { r: 1 g: 0.6 b: 0.2 } } } odd { constant { constant: 0.1 } }
+  textures { name: 'checks' checkerboard { even { constant { rgb { r: 1 g: 0.6 b: 0.2 } } }
+    odd { constant { constant: 0.1 } }
                                            mapping { scale_u: 5 scale_v: 3 } } }
   textures { name: 'bumps' noise { kind: FBM octaves: 3
                                    texture_from_world { elements: [4,0,0,0, 0,4,0,0, 0,0,4,0, 0,0,0,1] } } }
-  textures { name: 'lower bumps' scale { value { texture: 'bumps' } factor { constant { constant: 0.15 } } } })";
+  textures { name: 'lower bumps'
+    scale { value { texture: 'bumps' } factor { constant { constant: 0.15 } } } })";
 
 /// A floor, and on it a ball of material 'm' and a tetrahedron of material 'm'.
 inline std::string things(const std::string& material) {
   return absl::StrCat(kTextures, " materials { name: 'm' ", material, R"( }
     materials { name: 'floor' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.5 b: 0.4 } } } } }
     shapes { disk { radius: 3 } material: 'floor' }
-    shapes { sphere { radius: 0.6 } material: 'm' world_from_object { elements: [1,0,0,-0.8, 0,1,0,0, 0,0,1,0.7, 0,0,0,1] } }
+    shapes { sphere { radius: 0.6 } material: 'm'
+      world_from_object { elements: [1,0,0,-0.8, 0,1,0,0, 0,0,1,0.7, 0,0,0,1] } }
     shapes { mesh { blob { digest: 'tetrahedron' } } material: 'm'
              world_from_object { elements: [0.7,0,0,0.7, 0,0.7,0,0.2, 0,0,0.7,0.6, 0,0,0,1] } })");
 }

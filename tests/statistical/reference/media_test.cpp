@@ -85,7 +85,8 @@ TEST(Media, WhiteFurnaceOfALamp) {
   // All around is a lamp of radiance 1, found by sampling it and by chance.
   const std::string lamp =
       R"( materials { name: 'black' diffuse { reflectance { constant { constant: 0 } } } }
-    shapes { sphere { radius: 9 } material: 'black' area_light { radiance { constant: 1 } } reverse_orientation: true } )";
+    shapes { sphere { radius: 9 } material: 'black' area_light { radiance { constant: 1 } }
+      reverse_orientation: true } )";
   const std::string white =
       "materials { name: 'white' diffuse { reflectance { constant { constant: 1 } } } } "
       "shapes { disk { radius: 1 } material: 'white' } ";
@@ -150,7 +151,8 @@ TEST(Media, CameraWithinAMedium) {
 constexpr const char* kRoom = R"(
   materials { name: 'matt' diffuse { reflectance { constant { rgb { r: 0.7 g: 0.5 b: 0.3 } } } } }
   shapes { disk { radius: 4 } material: 'matt' }
-  shapes { sphere { radius: 0.4 } material: 'matt' world_from_object { elements: [1,0,0,1.1, 0,1,0,-1, 0,0,1,0.4, 0,0,0,1] } }
+  shapes { sphere { radius: 0.4 } material: 'matt'
+    world_from_object { elements: [1,0,0,1.1, 0,1,0,-1, 0,0,1,0.4, 0,0,0,1] } }
   shapes { disk { radius: 0.6 } reverse_orientation: true area_light { radiance { constant: 8 } }
            world_from_object { elements: [1,0,0,-0.4, 0,1,0,-0.2, 0,0,1,3, 0,0,0,1] } }
   lights { point { position { x: 2 y: -2 z: 2 } intensity { constant: 3 } } } )";
@@ -181,8 +183,10 @@ TEST(Passing, VolpathIsPathWithoutMedia) {
 TEST(Passing, NullInterfacesAreNotSeen) {
   const std::string scene = absl::StrCat(kRoom, kCamera);
   const std::string nothing = absl::StrCat(kNull, R"(
-    shapes { sphere { radius: 1 } material: 'null' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1, 0,0,0,1] } }
-    shapes { sphere { radius: 1.2 } material: 'null' world_from_object { elements: [1,0,0,0.4, 0,1,0,0, 0,0,1,1, 0,0,0,1] } } )");
+    shapes { sphere { radius: 1 } material: 'null'
+      world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1, 0,0,0,1] } }
+    shapes { sphere { radius: 1.2 } material: 'null'
+      world_from_object { elements: [1,0,0,0.4, 0,1,0,0, 0,0,1,1, 0,0,0,1] } } )");
   expect_same(path(scene), volpath(scene + nothing));
   // The same medium on both sides is no border, and thin air no medium.
   const std::string thin = absl::StrCat(nothing, medium("constant { constant: 0 }", ""), ball("null"));
@@ -199,7 +203,8 @@ TEST(Passing, SheetsDimAPointLight) {
   };
   // Two sheets of opacity 0.3, and a slab that absorbs; all above the camera.
   const std::string sheets =
-      R"( materials { name: 'sheet' diffuse { reflectance { constant { constant: 0 } } } opacity { constant: 0.3 } }
+      R"( materials { name: 'sheet' diffuse { reflectance { constant { constant: 0 } } }
+        opacity { constant: 0.3 } }
     shapes { disk { radius: 9 height: 2 } material: 'sheet' }
     shapes { disk { radius: 9 height: 2.2 } material: 'sheet' } )";
   expect_same(path(absl::StrCat(floor, kCamera, light(5 * 0.7 * 0.7)), 1),
@@ -218,10 +223,12 @@ TEST(Passing, OpacityAndThinGlassInBothIntegrators) {
         "constant: 0.3 } } } opacity { texture: 'checks' }"}) {
     SCOPED_TRACE(material);
     const std::string scene = absl::StrCat(kRoom, kCamera, kSky, R"(
-      textures { name: 'checks' checkerboard { even { constant { constant: 0.9 } } odd { constant { constant: 0.2 } } mapping { scale_u: 8 scale_v: 4 } } }
+      textures { name: 'checks' checkerboard { even { constant { constant: 0.9 } }
+        odd { constant { constant: 0.2 } } mapping { scale_u: 8 scale_v: 4 } } }
       materials { name: 'veil' )",
                                            material, R"( }
-      shapes { sphere { radius: 0.9 } material: 'veil' world_from_object { elements: [1,0,0,-0.3, 0,1,0,0, 0,0,1,1, 0,0,0,1] } } )");
+      shapes { sphere { radius: 0.9 } material: 'veil'
+        world_from_object { elements: [1,0,0,-0.3, 0,1,0,0, 0,0,1,1, 0,0,0,1] } } )");
     // "path" cannot sample the point light through glass, so there is none.
     std::string without_point = scene;
     without_point.erase(

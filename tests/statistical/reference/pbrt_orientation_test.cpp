@@ -190,7 +190,8 @@ TEST_F(PbrtOrientation, GridsOfMedia) {
   // Samples run along x, then y; a grid from p0 to p1. Seen along +z before a sky of 1, samples' middles lie
   // half way out.
   const std::string before =
-      R"(Integrator "volpath" LookAt 0 0 -9  0 0 0  0 1 0  Camera "orthographic" "float screenwindow" [-1 1 -1 1]
+      R"(Integrator "volpath" LookAt 0 0 -9  0 0 0  0 1 0  Camera "orthographic" "float screenwindow"
+        [-1 1 -1 1]
     WorldBegin LightSource "infinite" "rgb L" [1 1 1] )";
   const std::string after = R"( MediumInterface "m" "" Material "interface" Shape "sphere" "float radius" 4)";
   // Pixels are half of one off the middles, so depths a thirtieth of the way to the next ones. Five standard
@@ -204,7 +205,8 @@ TEST_F(PbrtOrientation, GridsOfMedia) {
   render(absl::StrCat(
              before,
              R"(MakeNamedMedium "m" "string type" "uniformgrid" "integer nx" 2 "integer ny" 2 "integer nz" 1
-    "float density" [0 0.4 1.2 3] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] "rgb sigma_a" [0.5 0.5 0.5] "rgb sigma_s" [0 0 0] )",
+    "float density" [0 0.4 1.2 3] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] "rgb sigma_a" [0.5 0.5 0.5]
+      "rgb sigma_s" [0 0 0] )",
              after),
          1024);
   const auto grey = [](double depth) { return Colour{depth, depth, depth}; };
@@ -216,7 +218,8 @@ TEST_F(PbrtOrientation, GridsOfMedia) {
   render(
       absl::StrCat(before,
                    R"(MakeNamedMedium "m" "string type" "rgbgrid" "integer nx" 2 "integer ny" 1 "integer nz" 1
-    "rgb sigma_a" [0 0.8 0  0.3 0 0] "rgb sigma_s" [0 0 0  0 0 0] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1] )",
+    "rgb sigma_a" [0 0.8 0  0.3 0 0] "rgb sigma_s" [0 0 0  0 0 0] "point3 p0" [-1 -1 -1] "point3 p1" [1 1 1]
+      )",
                    after),
       1024);
   expect_through(8, 16, {0, 1.6, 0});

@@ -155,7 +155,8 @@ std::string scene_of(const Case& c) {
                       c.eye, R"(, 0,0,0,1] } }
     materials { name: 'floor' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.5 b: 0.4 } } } } }
     shapes { disk { radius: 3 } material: 'floor' }
-    shapes { disk { radius: 3 } material: 'floor' world_from_object { elements: [0,0,1,-2, 0,1,0,0, -1,0,0,0, 0,0,0,1] } }
+    shapes { disk { radius: 3 } material: 'floor'
+      world_from_object { elements: [0,0,1,-2, 0,1,0,0, -1,0,0,0, 0,0,0,1] } }
     materials { name: 'm' )",
                       c.material, " } shapes { sphere { radius: 0.6 } material: 'm' ", c.motion,
                       " world_from_object { elements: [1,0,0,-0.2, 0,1,0,0, 0,0,1,0.7, 0,0,0,1] } }",
@@ -209,8 +210,10 @@ INSTANTIATE_TEST_SUITE_P(
         Case{.name = "DistantThroughAWindowOnMetal",
              .light = R"(lights { distant { direction { x: 0.5 y: 0.3 z: -1 } irradiance { constant: 2 } } }
                  materials { name: 'pane' dielectric { eta { constant: 1.5 } } }
-                 shapes { disk { radius: 2 } material: 'pane' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,2.1, 0,0,0,1] } }
-                 shapes { disk { radius: 2 } material: 'pane' world_from_object { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,2, 0,0,0,1] } })",
+                 shapes { disk { radius: 2 } material: 'pane'
+                   world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,2.1, 0,0,0,1] } }
+                 shapes { disk { radius: 2 } material: 'pane'
+                   world_from_object { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,2, 0,0,0,1] } })",
              .material = "conductor { reflectance { constant { constant: 0.8 } } roughness { u { constant: "
                          "0.15 } v { constant: 0.15 } } }",
              .camera = "perspective { fov_degrees: 20 }",

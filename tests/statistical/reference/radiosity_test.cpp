@@ -97,12 +97,14 @@ std::string square() {
 /// A floor under a lamp, and one more thing.
 std::string scene(const std::string& more) {
   return absl::StrCat(R"(
-      camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,4, 0,0,0,1] } }
+      camera { perspective { fov_degrees: 40 }
+        world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,4, 0,0,0,1] } }
       film { width: 32 height: 32 filter { kind: BOX } }
       settings { integrator: 'radiosity' spp: 64 max_depth: 60 }
       materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.8 g: 0.5 b: 0.2 } } } } }
       materials { name: 'metal' conductor { reflectance { constant { constant: 0.9 } } } }
-      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } } eta { constant: 1.5 }
+      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } }
+        eta { constant: 1.5 }
                                                    roughness { u { constant: 0.3 } v { constant: 0.3 } } } }
       shapes { mesh { blob { digest: 'square' } } material: 'paint' })",
                       more);

@@ -182,12 +182,15 @@ std::string square() {
 PictureRequest lit_room(const std::string& integrator, std::uint32_t max_depth) {
   PictureRequest request;
   request.scene = R"(
-      camera { perspective { fov_degrees: 60 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
+      camera { perspective { fov_degrees: 60 }
+        world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
       materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.8 g: 0.6 b: 0.3 } } } } }
-      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } } eta { constant: 1.5 }
+      materials { name: 'varnish' coated_diffuse { reflectance { constant { constant: 0.4 } }
+        eta { constant: 1.5 }
                                                    roughness { u { constant: 0.3 } v { constant: 0.3 } } } }
       materials { name: 'fog' mix { a: 'paint' b: 'varnish' amount { constant: 0.3 } } }
-      shapes { disk { radius: 5 } material: 'paint' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,2, 0,0,0,1] } }
+      shapes { disk { radius: 5 } material: 'paint'
+        world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,2, 0,0,0,1] } }
       shapes { sphere { radius: 0.7 } material: 'varnish' }
       shapes { sphere { radius: 0.4 } material: 'fog'
                world_from_object { elements: [1,0,0,1.2, 0,1,0,0.3, 0,0,1,0, 0,0,0,1] } }

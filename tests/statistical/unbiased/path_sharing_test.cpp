@@ -55,10 +55,14 @@ constexpr const char* kSky = R"(
 constexpr const char* kBubbles = R"(
   lights { point { position { x: 1 y: 2 z: -1 } intensity { constant: 6 } } }
   shapes { sphere { radius: 5 } material: 'dark' }
-  shapes { sphere { radius: 0.5 } material: 'glass' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
-  shapes { sphere { radius: 0.7 } material: 'glass' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
-  shapes { sphere { radius: 0.9 } material: 'glass' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
-  shapes { sphere { radius: 0.9 } material: 'mirror' world_from_object { elements: [1,0,0,2, 0,1,0,1.5, 0,0,1,0.5, 0,0,0,1] } }
+  shapes { sphere { radius: 0.5 } material: 'glass'
+    world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+  shapes { sphere { radius: 0.7 } material: 'glass'
+    world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+  shapes { sphere { radius: 0.9 } material: 'glass'
+    world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+  shapes { sphere { radius: 0.9 } material: 'mirror'
+    world_from_object { elements: [1,0,0,2, 0,1,0,1.5, 0,0,1,0.5, 0,0,0,1] } }
 )";
 
 /// A triangle whose vertices agree on a normal that is not its own.
@@ -76,8 +80,10 @@ TestBlobs leaning_triangle() {
 
 /// Two panes, one before the camera.
 constexpr const char* kPanes = R"(
-  shapes { disk { radius: 1 } material: 'pane' world_from_object { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,-1.5, 0,0,0,1] } }
-  shapes { disk { radius: 1.5 } material: 'pane' world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,1,0,0, 0,0,0,1] } }
+  shapes { disk { radius: 1 } material: 'pane'
+    world_from_object { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,-1.5, 0,0,0,1] } }
+  shapes { disk { radius: 1.5 } material: 'pane'
+    world_from_object { elements: [1,0,0,0, 0,0,1,-1, 0,1,0,0, 0,0,0,1] } }
 )";
 
 constexpr const char* kFog =
@@ -85,14 +91,16 @@ constexpr const char* kFog =
 
 /// A ball that goes from the right to the left.
 constexpr const char* kMovingBall = R"(
-  shapes { sphere { radius: 0.8 } material: 'metal' world_from_object { elements: [1,0,0,1.2, 0,1,0,-0.5, 0,0,1,0, 0,0,0,1] }
+  shapes { sphere { radius: 0.8 } material: 'metal'
+    world_from_object { elements: [1,0,0,1.2, 0,1,0,-0.5, 0,0,1,0, 0,0,0,1] }
            world_from_object_end { elements: [1,0,0,-0.6, 0,1,0,-0.5, 0,0,1,0, 0,0,0,1] } }
 )";
 
 /// A film and materials for `things`, which include the lights and the surroundings.
 std::string scene_text(const std::string& things, const std::string& filter) {
   return absl::StrCat(R"(
-  camera { perspective { fov_degrees: 70 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
+  camera { perspective { fov_degrees: 70 }
+    world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-3, 0,0,0,1] } }
   textures { name: 'tiles' checkerboard { mapping { scale_u: 5 scale_v: 3 } } }
   materials { name: 'walls' diffuse { reflectance { constant { constant: 0.7 } } } }
   materials { name: 'painted' diffuse { reflectance { texture: 'tiles' } } }
@@ -104,12 +112,15 @@ std::string scene_text(const std::string& things, const std::string& filter) {
   materials { name: 'dark' diffuse { reflectance { constant { rgb { r: 0.3 g: 0.2 b: 0.15 } } } } }
   materials { name: 'mirror' conductor { reflectance { constant { constant: 0.9 } } } }
   materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
-  materials { name: 'frosted' dielectric { eta { constant: 1.5 } roughness { u { constant: 0.4 } v { constant: 0.4 } } } }
+  materials { name: 'frosted' dielectric { eta { constant: 1.5 }
+    roughness { u { constant: 0.4 } v { constant: 0.4 } } } }
   materials { name: 'pane' thin_dielectric { eta { constant: 1.5 } passes_straight: true } }
   materials { name: 'gauze' diffuse { reflectance { constant { constant: 0.8 } } } opacity { constant: 0.4 } }
   materials { name: 'coated' coated_conductor { conductor { reflectance { constant { constant: 0.8 } }
-                                                            roughness { u { constant: 0.3 } v { constant: 0.3 } } }
-                                                eta { constant: 1.5 } roughness { u { constant: 0.3 } v { constant: 0.3 } } } }
+                                                            roughness { u { constant: 0.3 }
+                                                              v { constant: 0.3 } } }
+                                                eta { constant: 1.5 } roughness { u { constant: 0.3 }
+                                                  v { constant: 0.3 } } } }
   materials { name: 'both' mix { a: 'metal' b: 'walls' amount { constant: 0.5 } } }
 )",
                       things, "film { width: ", kWidth, " height: ", kHeight, " filter { ", filter, " } }");
@@ -369,7 +380,8 @@ TEST(PathSharing, LeavesNoStructure) {
   const int renders = long_form() ? 256 : 24;
   // A light near a wall behind the camera: what pixels see hardly differs, and what lies behind that does.
   const std::string text = absl::StrCat(R"(
-  camera { perspective { fov_degrees: 4 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }
+  camera { perspective { fov_degrees: 4 }
+    world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }
   materials { name: 'walls' diffuse { reflectance { constant { constant: 0.7 } } } }
   lights { point { position { x: 0.3 y: 0.2 z: -0.7 } intensity { constant: 6 } } }
   shapes { sphere { radius: 1 } material: 'walls' }

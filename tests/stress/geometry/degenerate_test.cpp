@@ -27,7 +27,8 @@ camera { perspective { fov_degrees: 50 } }
 film { width: 32 height: 32 filter { kind: BOX } }
 lights { infinite { radiance { constant: 0.5 } } }
 lights { point { position { x: 2 y: 3 z: 1 } intensity { constant: 20 } } }
-shapes { name: 'wall' mesh { blob { digest: 'wall' } } world_from_object { elements: [20,0,0,0, 0,20,0,0, 0,0,20,8, 0,0,0,1] } }
+shapes { name: 'wall' mesh { blob { digest: 'wall' } }
+  world_from_object { elements: [20,0,0,0, 0,20,0,0, 0,0,20,8, 0,0,0,1] } }
 )";
 
 std::string square() {

@@ -19,21 +19,29 @@ namespace {
 constexpr const char* kScene = R"(
 film { width: 64 height: 48 filter { kind: BOX } }
 settings { max_depth: 8 integrator: 'volpath' }
-camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0, 0,0.95,-0.3,1.9, 0,0.3,0.95,-6, 0,0,0,1] } }
-textures { name: 'checks' checkerboard { even { constant { constant: 0.7 } } odd { constant { rgb { r: 0.2 g: 0.3 b: 0.1 } } } mapping { scale_u: 8 scale_v: 8 } } }
+camera { perspective { fov_degrees: 40 }
+  world_from_camera { elements: [1,0,0,0, 0,0.95,-0.3,1.9, 0,0.3,0.95,-6, 0,0,0,1] } }
+textures { name: 'checks' checkerboard { even { constant { constant: 0.7 } }
+  odd { constant { rgb { r: 0.2 g: 0.3 b: 0.1 } } } mapping { scale_u: 8 scale_v: 8 } } }
 materials { name: 'checked' diffuse { reflectance { texture: 'checks' } } }
 materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
 materials { name: 'air' interface {} }
 media { name: 'fog' extinction { constant { constant: 1.8 } } albedo { constant { constant: 0.8 } } }
 shapes { disk { radius: 20 } world_from_object { elements: [1,0,0,0, 0,0,1,-1.2, 0,-1,0,0, 0,0,0,1] } }
-shapes { SHAPE material: 'glass' world_from_object { elements: [0.8,0,0,-2.2, 0,0.8,0,0, 0,0,0.8,0, 0,0,0,1] } }
-shapes { SHAPE material: 'air' interior_medium: 'fog' world_from_object { elements: [0.8,0,0,0, 0,0.8,0,0, 0,0,0.8,0, 0,0,0,1] } }
+shapes { SHAPE material: 'glass'
+  world_from_object { elements: [0.8,0,0,-2.2, 0,0.8,0,0, 0,0,0.8,0, 0,0,0,1] } }
+shapes { SHAPE material: 'air' interior_medium: 'fog'
+  world_from_object { elements: [0.8,0,0,0, 0,0.8,0,0, 0,0,0.8,0, 0,0,0,1] } }
 shapes { SHAPE material: 'checked' world_from_object { elements: [0.5,0,0,2, 0,0.8,0,0, 0,0,-0.6,0, 0,0,0,1] }
   world_from_object_end { elements: [0.5,0,0,2.3, 0,0.8,0,0.3, 0,0,-0.6,0, 0,0,0,1] } }
-objects { name: 'small' shapes { SHAPE material: 'checked' world_from_object { elements: [0.3,0,0,0, 0,0.3,0,0, 0,0,0.3,0, 0,0,0,1] } } }
-instances { object: 'small' world_from_instance { elements: [1,0.3,0,-1.1, 0,1,0,-0.8, 0,0,1,-1.3, 0,0,0,1] } }
-instances { object: 'small' world_from_instance { elements: [-1,0.3,0,1.1, 0,1,0,-0.8, 0,0,1,-1.3, 0,0,0,1] } }
-shapes { disk { radius: 1 } area_light { radiance { constant: 20 } } world_from_object { elements: [1,0,0,-3, 0,0,-1,6, 0,1,0,-3, 0,0,0,1] } }
+objects { name: 'small' shapes { SHAPE material: 'checked'
+  world_from_object { elements: [0.3,0,0,0, 0,0.3,0,0, 0,0,0.3,0, 0,0,0,1] } } }
+instances { object: 'small' world_from_instance {
+  elements: [1,0.3,0,-1.1, 0,1,0,-0.8, 0,0,1,-1.3, 0,0,0,1] } }
+instances { object: 'small' world_from_instance {
+  elements: [-1,0.3,0,1.1, 0,1,0,-0.8, 0,0,1,-1.3, 0,0,0,1] } }
+shapes { disk { radius: 1 } area_light { radiance { constant: 20 } }
+  world_from_object { elements: [1,0,0,-3, 0,0,-1,6, 0,1,0,-3, 0,0,0,1] } }
 lights { infinite { radiance { constant: 0.5 } } }
 )";
 

@@ -35,27 +35,38 @@ film { width: 64 height: 64 filter { kind: BOX } }
 settings { max_depth: 6 }
 camera { perspective { fov_degrees: 40 lens_radius: 0.03 focal_distance: 6 } near_clip: 0.5 far_clip: 40
   world_from_camera { elements: [1,0,0,0.5, 0,0.96,-0.28,2.5, 0,0.28,0.96,-6, 0,0,0,1] } }
-textures { name: 'checks' checkerboard { even { constant { constant: 0.7 } } odd { constant { rgb { r: 0.2 g: 0.3 b: 0.1 } } } mapping { scale_u: 8 scale_v: 8 } } }
-textures { name: 'cloud' noise { kind: FBM texture_from_world { elements: [2,0,0,0.3, 0,2,0,0.1, 0,0,2,0.2, 0,0,0,1] } } }
+textures { name: 'checks' checkerboard { even { constant { constant: 0.7 } }
+  odd { constant { rgb { r: 0.2 g: 0.3 b: 0.1 } } } mapping { scale_u: 8 scale_v: 8 } } }
+textures { name: 'cloud' noise { kind: FBM
+  texture_from_world { elements: [2,0,0,0.3, 0,2,0,0.1, 0,0,2,0.2, 0,0,0,1] } } }
 materials { name: 'floor' diffuse { reflectance { texture: 'checks' } } }
 materials { name: 'stone' diffuse { reflectance { texture: 'cloud' } } }
 materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
-materials { name: 'metal' conductor { reflectance { constant { constant: 0.8 } } roughness { u { constant: 0.2 } v { constant: 0.2 } } } }
+materials { name: 'metal' conductor { reflectance { constant { constant: 0.8 } }
+  roughness { u { constant: 0.2 } v { constant: 0.2 } } } }
 shapes { material: 'floor' mesh { blob { digest: 'floor' } } }
-shapes { material: 'glass' sphere { radius: 0.8 } world_from_object { elements: [1,0,0,-1.2, 0,1,0,0.8, 0,0,1,0, 0,0,0,1] } }
+shapes { material: 'glass' sphere { radius: 0.8 }
+  world_from_object { elements: [1,0,0,-1.2, 0,1,0,0.8, 0,0,1,0, 0,0,0,1] } }
 shapes { material: 'stone' sphere { radius: 0.7 z_min: -0.5 z_max: 0.4 phi_max_degrees: 250 }
   world_from_object { elements: [0.6,0,0.8,1.6, 0,1,0,0.7, -0.8,0,0.6,0.3, 0,0,0,1] } }
-shapes { material: 'metal' cylinder { radius: 0.3 z_min: 0 z_max: 1.5 } world_from_object { elements: [1,0,0,0.2, 0,0,1,0, 0,-1,0,1.6, 0,0,0,1] } }
-shapes { material: 'stone' sphere { radius: 0.25 } world_from_object { elements: [1,0,0,-2.4, 0,1,0,1.6, 0,0,1,1, 0,0,0,1] }
+shapes { material: 'metal' cylinder { radius: 0.3 z_min: 0 z_max: 1.5 }
+  world_from_object { elements: [1,0,0,0.2, 0,0,1,0, 0,-1,0,1.6, 0,0,0,1] } }
+shapes { material: 'stone' sphere { radius: 0.25 }
+  world_from_object { elements: [1,0,0,-2.4, 0,1,0,1.6, 0,0,1,1, 0,0,0,1] }
   world_from_object_end { elements: [1,0,0,-2.2, 0,1,0,1.9, 0,0,1,1, 0,0,0,1] } }
-shapes { disk { radius: 0.6 } area_light { radiance { constant: 9 } } world_from_object { elements: [1,0,0,0, 0,0,-1,4, 0,1,0,0, 0,0,0,1] } reverse_orientation: true }
+shapes { disk { radius: 0.6 } area_light { radiance { constant: 9 } }
+  world_from_object { elements: [1,0,0,0, 0,0,-1,4, 0,1,0,0, 0,0,0,1] } reverse_orientation: true }
 objects { name: 'near' shapes { material: 'metal' mesh { blob { digest: 'ball' } } } }
-objects { name: 'far' shapes { material: 'stone' mesh { blob { digest: 'ball' } } world_from_object { elements: [1,0,0,1e7, 0,1,0,-2e7, 0,0,1,3e7, 0,0,0,1] } } }
+objects { name: 'far' shapes { material: 'stone' mesh { blob { digest: 'ball' } }
+  world_from_object { elements: [1,0,0,1e7, 0,1,0,-2e7, 0,0,1,3e7, 0,0,0,1] } } }
 instances { object: 'near' world_from_instance { elements: [0.4,0,0,0.6, 0,0.4,0,0.5, 0,0,0.4,-1, 0,0,0,1] } }
-instances { object: 'near' world_from_instance { elements: [0.2,0,0,-0.3, 0,0.2,0,0.3, 0,0,0.2,-1.5, 0,0,0,1] } }
-instances { object: 'far' world_from_instance { elements: [0.3,0,0,-2999997.6, 0,0.3,0,6000000.4, 0,0,0.3,-9000001, 0,0,0,1] } }
+instances { object: 'near' world_from_instance {
+  elements: [0.2,0,0,-0.3, 0,0.2,0,0.3, 0,0,0.2,-1.5, 0,0,0,1] } }
+instances { object: 'far' world_from_instance {
+  elements: [0.3,0,0,-2999997.6, 0,0.3,0,6000000.4, 0,0,0.3,-9000001, 0,0,0,1] } }
 lights { point { position { x: -3 y: 3 z: -3 } intensity { constant: 6 } } }
-lights { spot { position { x: 3 y: 4 z: -2 } target { x: 0.5 y: 0.4 z: 0 } intensity { constant: 30 } cone_angle_degrees: 20 cone_delta_degrees: 5 } }
+lights { spot { position { x: 3 y: 4 z: -2 } target { x: 0.5 y: 0.4 z: 0 } intensity { constant: 30 }
+  cone_angle_degrees: 20 cone_delta_degrees: 5 } }
 lights { infinite { radiance { rgb { r: 0.2 g: 0.25 b: 0.4 } } } }
 )";
 

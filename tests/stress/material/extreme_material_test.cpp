@@ -18,8 +18,10 @@ constexpr const char* kScene = R"( film { width: 16 height: 16 filter { kind: BO
   camera { perspective { fov_degrees: 40 } }
   lights { infinite { radiance { rgb { r: 0.5 g: 1 b: 2 } } } }
   lights { point { position { x: 3 y: 3 z: 0 } intensity { constant: 20 } } }
-  shapes { sphere { radius: 1.2 } material: 'm' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,4, 0,0,0,1] } }
-  shapes { disk { radius: 5 } material: 'm' world_from_object { elements: [1,0,0,0, 0,0,-1,-1.3, 0,1,0,4, 0,0,0,1] } } )";
+  shapes { sphere { radius: 1.2 } material: 'm'
+    world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,4, 0,0,0,1] } }
+  shapes { disk { radius: 5 } material: 'm'
+    world_from_object { elements: [1,0,0,0, 0,0,-1,-1.3, 0,1,0,4, 0,0,0,1] } } )";
 
 /// Every kind of material; ROUGH stands for a number or a texture, ETA for an index.
 struct Kind {

@@ -122,7 +122,8 @@ INSTANTIATE_TEST_SUITE_P(
 TEST(Furnace, TexturedRoughnessVanishesToo) {
   const std::string textured = R"( roughness { u { texture: 'r' } v { texture: 'r' } } )";
   const std::string texture =
-      R"(textures { name: 'r' checkerboard { even { constant { constant: 0.1 } } odd { constant { constant: 0.3 } }
+      R"(textures { name: 'r' checkerboard { even { constant { constant: 0.1 } }
+        odd { constant { constant: 0.3 } }
                                                                      mapping { scale_u: 9 scale_v: 9 } } } )";
   for (const std::string& material : {white_metal(textured), glass(1.5, textured)}) {
     // Between the rows of the table, which stand for 25 roughnesses, a little more may be off.

@@ -30,9 +30,11 @@ shapes { name: 'mover' material: 'white' sphere { radius: 0.3 }
   world_from_object { elements: [1,0,0,0, 0,1,0,0.4, 0,0,1,-1.5, 0,0,0,1] }
   world_from_object_end { elements: [1,0,0,0.5, 0,1,0,0.6, 0,0,1,-1.5, 0,0,0,1] } }
 objects { name: 'post' shapes { material: 'white' cylinder { radius: 0.2 z_min: 0 z_max: 1 } }
-  shapes { material: 'white' sphere { radius: 0.3 } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1.2, 0,0,0,1] } } }
+  shapes { material: 'white' sphere { radius: 0.3 }
+    world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1.2, 0,0,0,1] } } }
 instances { object: 'post' world_from_instance { elements: [1,0,0,1, 0,0,1,0, 0,-1,0,0.5, 0,0,0,1] } }
-instances { object: 'post' world_from_instance { elements: [-0.7,0.2,0,1.8, 0,0,1.1,0, 0.2,0.7,0,-0.5, 0,0,0,1] } }
+instances { object: 'post' world_from_instance {
+  elements: [-0.7,0.2,0,1.8, 0,0,1.1,0, 0.2,0.7,0,-0.5, 0,0,0,1] } }
 )";
 
 /// Solids and surfaces that are searched for by iteration, one of each with holes, on a half-space.
@@ -58,9 +60,11 @@ objects { name: 'die' shapes { material: 'white' csg { operation: DIFFERENCE
   parts { begin { operation: INTERSECTION } } parts { solid { box { low: [-1,-1,-1] high: [1,1,1] } } }
   parts { solid { sphere { radius: 1.4 } } } parts { end: true }
   parts { solid { torus { major_radius: 0.9 minor_radius: 0.4 } } } } } }
-instances { object: 'die' world_from_instance { elements: [0.3,0,0.1,-0.3, 0,0.3,0,0.31, -0.1,0,0.3,-1.8, 0,0,0,1] } }
+instances { object: 'die' world_from_instance {
+  elements: [0.3,0,0.1,-0.3, 0,0.3,0,0.31, -0.1,0,0.3,-1.8, 0,0,0,1] } }
 shapes { material: 'white' csg { operation: UNION parts { solid { sphere { radius: 0.3 } } }
-  parts { solid { cylinder { radius: 0.1 z_min: 0 z_max: 0.6 capped: true } material: 'glass' } } } alpha { constant: 0.7 }
+  parts { solid { cylinder { radius: 0.1 z_min: 0 z_max: 0.6 capped: true } material: 'glass' } } }
+    alpha { constant: 0.7 }
   world_from_object { elements: [1,0,0,1.2, 0,0,1,0.4, 0,-1,0,-1.2, 0,0,0,1] }
   world_from_object_end { elements: [1,0,0,1.3, 0,0,1,0.5, 0,-1,0,-1.2, 0,0,0,1] } }
 )";
@@ -69,20 +73,24 @@ shapes { material: 'white' csg { operation: UNION parts { solid { sphere { radiu
 constexpr const char* kNested = R"(
 settings { nesting: NESTING_KEPT }
 film { width: 48 height: 48 filter { kind: BOX } }
-camera { perspective { fov_degrees: 45 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-5, 0,0,0,1] } }
+camera { perspective { fov_degrees: 45 }
+  world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-5, 0,0,0,1] } }
 materials { name: 'white' diffuse { reflectance { constant { constant: 0.7 } } } }
 materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
 lights { infinite { radiance { constant: 0.3 } } }
 lights { distant { direction { x: 1 y: -2 z: 1 } irradiance { constant: 2 } } }
 objects { name: 'all'
   instances { object: 'pair' world_from_instance { elements: [-0.8,0,0,-0.9, 0,0.8,0,0, 0,0,1,0, 0,0,0,1] } }
-  instances { object: 'pair' world_from_instance { elements: [0.3,-0.5,0,0.9, 0.5,0.5,0,0, 0,0,-1,0, 0,0,0,1] }
+  instances { object: 'pair' world_from_instance {
+    elements: [0.3,-0.5,0,0.9, 0.5,0.5,0,0, 0,0,-1,0, 0,0,0,1] }
     world_from_instance_end { elements: [0.3,-0.5,0,1.1, 0.5,0.5,0,0.1, 0,0,-1,0, 0,0,0,1] } } }
 objects { name: 'pair' shapes { material: 'glass' sphere { radius: 0.6 } }
   instances { object: 'post' world_from_instance { elements: [1,0,0,0.5, 0,0,1,0.6, 0,-1,0,0.3, 0,0,0,1] } }
-  instances { object: 'post' world_from_instance { elements: [-1,0,0,-0.4, 0,0,0.5,-1, 0,-1,0,0.5, 0,0,0,1] } } }
+  instances { object: 'post' world_from_instance {
+    elements: [-1,0,0,-0.4, 0,0,0.5,-1, 0,-1,0,0.5, 0,0,0,1] } } }
 objects { name: 'post' shapes { material: 'white' cylinder { radius: 0.2 z_min: 0 z_max: 1 } }
-  shapes { material: 'white' sphere { radius: 0.3 } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1.2, 0,0,0,1] } } }
+  shapes { material: 'white' sphere { radius: 0.3 }
+    world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,1.2, 0,0,0,1] } } }
 instances { object: 'all' world_from_instance { elements: [1,0,0,0, 0,1,0,0.7, 0,0,1,0, 0,0,0,1] } }
 instances { object: 'all' world_from_instance { elements: [0.6,0,0,0.3, 0,-0.6,0,-1, 0,0.2,0.6,1, 0,0,0,1] } }
 )";

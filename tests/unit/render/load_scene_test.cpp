@@ -19,7 +19,8 @@ namespace {
 using testing::HasSubstr;
 
 constexpr const char* kCameraAndFilm = R"(
-  camera { perspective { fov_degrees: 20 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
+  camera { perspective { fov_degrees: 20 }
+    world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
   film { width: 16 height: 16 }
 )";
 
@@ -149,7 +150,8 @@ TEST(Shading, SortingPathsByMaterialDoesNotShow) {
   const std::string scene = absl::StrCat(R"(
     lights { infinite { radiance { constant: 1 } } }
     materials { name: 'floor' diffuse { reflectance { constant { constant: 0.5 } } } }
-    materials { name: 'coat' coated_diffuse { reflectance { constant { constant: 0.7 } } eta { constant: 1.5 } } }
+    materials { name: 'coat' coated_diffuse { reflectance { constant { constant: 0.7 } }
+      eta { constant: 1.5 } } }
     materials { name: 'glass' dielectric { eta { constant: 1.5 } } }
     shapes { sphere { radius: 0.4 } material: 'glass' }
     shapes { sphere { radius: 0.3 } material: 'coat'

@@ -94,7 +94,8 @@ constexpr const char* kCluster = R"(
   objects { name: 'cluster'
     shapes { sphere { radius: 0.8 } world_from_object { elements: [1,0,0,0.7, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }
     shapes { disk { radius: 0.9 } world_from_object { elements: [1,0,0,-0.7, 0,1,0,0.4, 0,0,-1,4, 0,0,0,1] } }
-    shapes { cylinder { radius: 0.4 z_min: -1 z_max: 1 } world_from_object { elements: [1,0,0,-0.3, 0,0,1,-0.8, 0,-1,0,6, 0,0,0,1] } }
+    shapes { cylinder { radius: 0.4 z_min: -1 z_max: 1 }
+      world_from_object { elements: [1,0,0,-0.3, 0,0,1,-0.8, 0,-1,0,6, 0,0,0,1] } }
   }
 )";
 

@@ -21,7 +21,8 @@ using testing::HasSubstr;
 
 constexpr const char* kWorld = R"(
 film { width: 64 height: 64 filter { kind: BOX } }
-camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-6, 0,0,0,1] } }
+camera { perspective { fov_degrees: 40 }
+  world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-6, 0,0,0,1] } }
 lights { infinite { radiance { constant: 0.4 } } }
 lights { distant { direction { x: 1 y: -2 z: 1 } irradiance { constant: 2 } } }
 materials { name: 'white' diffuse { reflectance { constant { constant: 0.7 } } } }
@@ -34,15 +35,19 @@ shapes { name: 'floor' material: 'white' disk { radius: 9 }
 constexpr const char* kGraph = R"(
 objects { name: 'pin' shapes { name: 'head' material: 'white' ellipsoid { radii: [0.5, 0.3, 0.4] } }
   shapes { name: 'foot' material: 'glass' box { low: [-0.2, -1, -0.2] high: [0.2, -0.35, 0.3] } } }
-objects { name: 'pair' shapes { name: 'bar' material: 'white' cylinder { radius: 0.06 z_min: -1 z_max: 1 capped: true } }
+objects { name: 'pair' shapes { name: 'bar' material: 'white'
+  cylinder { radius: 0.06 z_min: -1 z_max: 1 capped: true } }
   instances { object: 'pin' world_from_instance { elements: [0.8,0,0,0, 0,0.8,0,0.1, 0,0,0.8,0.8, 0,0,0,1] } }
-  instances { object: 'pin' world_from_instance { elements: [-0.6,0.3,0,0.1, 0.2,0.7,0,0, 0,0,0.5,-0.8, 0,0,0,1] } } }
+  instances { object: 'pin' world_from_instance {
+    elements: [-0.6,0.3,0,0.1, 0.2,0.7,0,0, 0,0,0.5,-0.8, 0,0,0,1] } } }
 objects { name: 'cross'
   instances { object: 'pair' world_from_instance { elements: [0,0,1,0, 0,1,0,0, -1,0,0,0, 0,0,0,1] } }
-  instances { object: 'pair' world_from_instance { elements: [1,0,0,0.2, 0,-1.1,0,0.5, 0,0.2,0.7,0, 0,0,0,1] } } }
+  instances { object: 'pair' world_from_instance {
+    elements: [1,0,0,0.2, 0,-1.1,0,0.5, 0,0.2,0.7,0, 0,0,0,1] } } }
 instances { object: 'cross' world_from_instance { elements: [1,0,0,-1, 0,1,0,-0.5, 0,0,1,0, 0,0,0,1] } }
 instances { object: 'pin' world_from_instance { elements: [0.5,0,0,0, 0,0.5,0,1.5, 0,0,0.5,0, 0,0,0,1] } }
-instances { object: 'cross' world_from_instance { elements: [0.6,0.3,0,1.2, -0.3,0.9,0,0, 0,0,-0.8,-0.3, 0,0,0,1] } }
+instances { object: 'cross' world_from_instance {
+  elements: [0.6,0.3,0,1.2, -0.3,0.9,0,0, 0,0,-0.8,-0.3, 0,0,0,1] } }
 )";
 
 using Matrix = std::array<double, 16>;

@@ -17,7 +17,8 @@ namespace tessera::render {
 namespace {
 
 constexpr const char* kScene = R"(
-  camera { perspective { fov_degrees: 40 } world_from_camera { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
+  camera { perspective { fov_degrees: 40 }
+    world_from_camera { elements: [1,0,0,0.5, 0,1,0,0, 0,0,1,-4, 0,0,0,1] } }
   film { width: 16 height: 12 }
   textures { name: 'tiles' checkerboard { mapping { scale_u: 8 scale_v: 8 } } }
   materials { name: 'm' diffuse { reflectance { texture: 'tiles' } } }

@@ -27,7 +27,8 @@ using render::Stopped;
 
 constexpr const char* kScene = R"(
 film { width: 64 height: 64 }
-camera { perspective { fov_degrees: 45 } world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-5, 0,0,0,1] } }
+camera { perspective { fov_degrees: 45 }
+  world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-5, 0,0,0,1] } }
 materials { name: 'white' diffuse { reflectance { constant { constant: 0.7 } } } }
 lights { infinite { radiance { constant: 0.3 } } }
 shapes { material: 'white' sphere { radius: 1 } }

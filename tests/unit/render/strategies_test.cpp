@@ -66,10 +66,13 @@ class Strategies : public testing::Test {
       materials { name: 'paint' diffuse { reflectance { constant { constant: 0.7 } } } }
       materials { name: 'metal' conductor { reflectance { constant { constant: 0.8 } }
                                             roughness { u { constant: 0.5 } v { constant: 0.5 } } } }
-      shapes { disk { radius: 3 } material: 'paint' world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,1] } )" +
+      shapes { disk { radius: 3 } material: 'paint'
+        world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,1, 0,0,0,1] } )" +
                                       motion + R"( }
-      shapes { sphere { radius: 0.6 } material: 'metal' world_from_object { elements: [1,0,0,-0.7, 0,1,0,-0.4, 0,0,1,0, 0,0,0,1] } }
-      shapes { sphere { radius: 0.5 } material: 'paint' world_from_object { elements: [1,0,0,0.8, 0,1,0,-0.2, 0,0,1,0, 0,0,0,1] } }
+      shapes { sphere { radius: 0.6 } material: 'metal'
+        world_from_object { elements: [1,0,0,-0.7, 0,1,0,-0.4, 0,0,1,0, 0,0,0,1] } }
+      shapes { sphere { radius: 0.5 } material: 'paint'
+        world_from_object { elements: [1,0,0,0.8, 0,1,0,-0.2, 0,0,1,0, 0,0,0,1] } }
     )" + lights,
                                   kSide, {}, "bdpt");
   }

@@ -65,7 +65,8 @@ TEST_F(MaterialBuilderTest, SlotsHoldConstantsAndTextures) {
 
 TEST_F(MaterialBuilderTest, MixesAndBacksReferToOthers) {
   ASSERT_EQ(build(R"(
-      materials { name: 'both' mix { a: 'two' b: 'three' amount { constant: 0.75 } } opacity { constant: 0.5 } }
+      materials { name: 'both' mix { a: 'two' b: 'three' amount { constant: 0.75 } }
+        opacity { constant: 0.5 } }
       materials { name: 'two' hair {} back: 'three' }
       materials { name: 'three' interface {} })"),
             absl::OkStatus());
@@ -122,10 +123,13 @@ TEST_F(MaterialBuilderTest, FurtherSlotsAreOnlyUsedWhereThereIsMoreThanLayers) {
   ASSERT_EQ(build(R"(
       materials { name: 'plain' gltf { clearcoat { constant: 1 } iridescence_ior: 2 dispersion: 1 } }
       materials { name: 'bent' gltf { clearcoat { constant: 1 } } displacement { texture: 'clouds' } }
-      materials { name: 'coat' gltf { clearcoat { constant: 1 } clearcoat_normal_map { image { digest: 'x' } } } }
-      materials { name: 'film' gltf { iridescence { constant: 1 } iridescence_thickness { texture: 'clouds' } } }
+      materials { name: 'coat' gltf { clearcoat { constant: 1 }
+        clearcoat_normal_map { image { digest: 'x' } } } }
+      materials { name: 'film' gltf { iridescence { constant: 1 }
+        iridescence_thickness { texture: 'clouds' } } }
       materials { name: 'glass' gltf { transmission { constant: 1 } volume: true ior: 1.4 dispersion: 2 } }
-      materials { name: 'wide' gltf { transmission { constant: 1 } volume: true ior: 1.4 dispersion: 200 } })"),
+      materials { name: 'wide' gltf { transmission { constant: 1 } volume: true ior: 1.4
+        dispersion: 200 } })"),
             absl::OkStatus());
   const auto further = [&](const char* name) {
     return table_.extended[static_cast<std::size_t>(record(name).extended)].further;

@@ -100,7 +100,8 @@ TEST_F(ShapeFaults, OfACombinationAreThoseOfItsOperands) {
 TEST_F(ShapeFaults, AreNoneOfSoundShapes) {
   EXPECT_THAT(faults(scene(R"(
       shapes { torus { major_radius: 1 minor_radius: 0.5 } }
-      shapes { implicit { expression: 'x^2 + y^2 - z' box { low {x: -1 y: -1 z: -1} high {x: 1 y: 1 z: 1} } } }
+      shapes { implicit { expression: 'x^2 + y^2 - z'
+        box { low {x: -1 y: -1 z: -1} high {x: 1 y: 1 z: 1} } } }
       shapes { csg { parts { solid { mesh { blob { digest: 'closed' } } } }
         parts { solid { implicit { expression: 'sin(9*x) + y' ball { radius: 1 } } } } } })")),
               IsEmpty());

@@ -100,7 +100,8 @@ TEST_F(TextureBuilderTest, ImagesAreFilteredByTheirUse) {
       textures { name: 'plain' image { image { digest: 'a' } filter: BILINEAR } }
       textures { name: 'near' image { image { digest: 'a' } filter: NEAREST } }
       textures { name: 'long' image { image { digest: 'a' } filter: EWA max_anisotropy: 16 } }
-      textures { name: 'half' scale { value { texture: 'unsaid' } factor { constant { constant: 0.5 } } } })");
+      textures { name: 'half' scale { value { texture: 'unsaid' }
+        factor { constant { constant: 0.5 } } } })");
   ASSERT_EQ(builder.build(scene_.textures()), absl::OkStatus());
   const auto node = [&](const absl::StatusOr<int>& found) -> const TextureNode& {
     EXPECT_TRUE(found.ok()) << found.status();

@@ -207,7 +207,8 @@ TEST(QueryRays, FollowInstancesAndWhatMoves) {
     objects { name: 'pair' shapes { name: 'ball' sphere { radius: 1 } } }
     instances { object: 'pair' world_from_instance { elements: [1,0,0,10, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }
     instances { object: 'pair' world_from_instance { elements: [-2,0,0,20, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }
-    shapes { name: 'mover' sphere { radius: 1 } world_from_object_end { elements: [1,0,0,0, 0,1,0,0, 0,0,1,8, 0,0,0,1] } })";
+    shapes { name: 'mover' sphere { radius: 1 }
+      world_from_object_end { elements: [1,0,0,0, 0,1,0,0, 0,0,1,8, 0,0,0,1] } })";
   const auto scene = load(text);
   ASSERT_TRUE(scene.ok()) << scene.status();
   const std::vector<render::SurfaceHit> hits = (*scene)->hits({5, 0, 0}, {1, 0, 0});
