@@ -28,7 +28,7 @@ void stop_for(support::Process& process, seconds pause) {
   process.send_signal(SIGCONT);
 }
 
-TEST(Stop, AWorkerForLongerThanItsLeases) {
+TEST(Standstill, AWorkerForLongerThanItsLeases) {
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(1);
@@ -39,7 +39,7 @@ TEST(Stop, AWorkerForLongerThanItsLeases) {
   EXPECT_TRUE(farm.client().job(job_id, {})->status().set_aside().empty());
 }
 
-TEST(Stop, TheOnlyWorkerForLessThanItsLeases) {
+TEST(Standstill, TheOnlyWorkerForLessThanItsLeases) {
   FarmUnderTest farm;
   farm.add_worker(1);
   const std::string job_id = farm.submit_detached(kStoppedJob);
@@ -48,7 +48,7 @@ TEST(Stop, TheOnlyWorkerForLessThanItsLeases) {
   EXPECT_EQ(farm.fetch_hash(job_id), expected_hash(kStoppedJob));
 }
 
-TEST(Stop, TheCoordinator) {
+TEST(Standstill, TheCoordinator) {
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(1);
@@ -98,7 +98,7 @@ std::uint64_t units_begun(support::Process& worker) {
   return said.empty() ? 0 : std::stoull(said[1]) + std::stoull(said[2]);
 }
 
-TEST(Stop, AWorkerThatRunsForATenthOfTheTimeKeepsNobodyWaiting) {
+TEST(Standstill, AWorkerThatRunsForATenthOfTheTimeKeepsNobodyWaiting) {
   if (!test::long_form()) GTEST_SKIP() << "in a short job the last unit is too large a part of the time";
   FarmUnderTest farm;
   for (int i = 0; i < 3; ++i) farm.add_worker(1);
@@ -151,7 +151,7 @@ class FalseClock {
   const std::filesystem::path file_;
 };
 
-TEST(Stop, ClocksJumpByAnHour) {
+TEST(Standstill, ClocksJumpByAnHour) {
   if (FalseClock::library().empty()) GTEST_SKIP() << test::needs("libfaketime");
   const support::TempDir directory;
   FalseClock of_coordinator{directory.path() / "coordinator"}, of_worker{directory.path() / "worker"};
@@ -170,7 +170,7 @@ TEST(Stop, ClocksJumpByAnHour) {
   }
 }
 
-TEST(Stop, AClockThatIsSetBy400DaysDeletesNoJob) {
+TEST(Standstill, AClockThatIsSetBy400DaysDeletesNoJob) {
   if (FalseClock::library().empty()) GTEST_SKIP() << test::needs("libfaketime");
   const support::TempDir directory;
   FalseClock clock{directory.path() / "coordinator"};
