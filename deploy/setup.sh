@@ -32,8 +32,8 @@ test_packages=(libgtest-dev libgmock-dev libbenchmark-dev libyaml-cpp-dev libgmp
 # the Python package's own, then what its tests and examples use
 python_packages=(python3-protobuf python3-grpcio python3-numpy python3-zstandard)
 # a browser, and what drives it, for the web page
-# debootstrap for deploy/bare_system.sh
-ci_packages=(slurm-wlm munge debootstrap clang clang-format clang-tidy chromium python3-websockets
+# debootstrap for deploy/bare_system.sh, valgrind for deploy/perf.sh
+ci_packages=(slurm-wlm munge debootstrap valgrind clang clang-format clang-tidy chromium python3-websockets
   "${python_packages[@]}" mypy python3-matplotlib blender)
 cross_tools=(g++-aarch64-linux-gnu qemu-user-static)
 packages=("${tools[@]}" "${libraries[@]}" "${test_packages[@]}")
