@@ -236,7 +236,7 @@ TEST_F(Costs, OfOneLiarDoNotTakeTheFarmFromAUser) {
 TEST_F(Costs, OfWhoSeemsFastDoNotTakeTheFarmFromAUser) {
   first_lies_ = true;
   work_after(std::chrono::milliseconds{10});
-  // Of Bob's results, the liar's may count as nothing; all others count in full.
+  // The liar's results may count as nothing for Bob; all others count in full.
   const double counted = 1 - static_cast<double>(of_bob_by_first_) / done_["bob"];
   EXPECT_LE(done_["bob"] * counted, done_["alice"] + 8);
   EXPECT_GT(counted, 0.5);

@@ -279,7 +279,7 @@ TEST(Assembler, ResolvesCryptomattesInMemoryAndInAFileAlike) {
     const auto at = [&](const char* channel, std::uint32_t x, std::uint32_t y) {
       return whole.image.find(channel)->values[y * kWidth + x];
     };
-    // Of (1, 0) the two samples show things 1 + 7 % 5 and 1 + 8 % 5.
+    // The two samples of (1, 0) show things 1 + 7 % 5 and 1 + 8 % 5.
     EXPECT_EQ(at("CryptoObject00.G", 1, 0), 0.5f);
     EXPECT_EQ(at("CryptoObject00.A", 1, 0), 0.5f);
     EXPECT_EQ(at("CryptoObject00.G", 0, 1), 1);
