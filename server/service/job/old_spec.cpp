@@ -70,12 +70,23 @@ v1::JobSpec convert(v1::OldJobSpec old) {
   return spec;
 }
 
+/// Submissions are refused where they have such fields; jobs that were taken must not keep a farm from
+/// starting.
+void leave_out_unknown_fields(v1::JobSpec& spec) {
+  if (const absl::Status known = wire::check_known(spec); !known.ok())
+    spdlog::warn("a job of another version: {}; it is left out", std::string{known.message()});
+  spec.DiscardUnknownFields();
+}
+
 }  // namespace
 
 absl::StatusOr<v1::JobSpec> read_spec(const std::string& bytes) {
   v1::JobSpec spec;
   v1::OldJobSpec old;
-  if (spec.ParseFromString(bytes) && spec.has_content()) return spec;
+  if (spec.ParseFromString(bytes) && spec.has_content()) {
+    leave_out_unknown_fields(spec);
+    return spec;
+  }
   if (old.ParseFromString(bytes)) return convert(std::move(old));
   return absl::InvalidArgumentError("its spec cannot be read");
 }

@@ -7,6 +7,7 @@
 #include "service/job/adoption.h"
 #include "tessera/v1/old_job.pb.h"
 #include "unit/server/requests.h"
+#include "wire/enum_words.h"
 
 namespace tessera::server {
 namespace {
@@ -44,6 +45,18 @@ v1::OldJobSpec old_spec() {
   old.set_build("0.1.0");
   old.set_bits(v1::BITS_ANY);
   return old;
+}
+
+TEST(OldSpec, FieldsThatAreGoneAreLeftOut) {
+  v1::JobSpec job = *read_spec(old_spec().SerializeAsString());
+  // What mutations change: every job of mlt had it.
+  v1::MetropolisSettings& metropolis = *job.mutable_content()->mutable_algorithms()->mutable_metropolis();
+  metropolis.GetReflection()->MutableUnknownFields(&metropolis)->AddVarint(5, 1);
+  EXPECT_FALSE(wire::check_known(job).ok());
+  const absl::StatusOr<v1::JobSpec> read = read_spec(job.SerializeAsString());
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_TRUE(wire::check_known(*read).ok()) << wire::check_known(*read);
+  EXPECT_TRUE(read->content().algorithms().has_metropolis());
 }
 
 TEST(OldSpec, HasEverythingInItsPart) {
