@@ -151,7 +151,10 @@ void expect_equal_means(const Room& room) {
     for (const int exponent : exponents) {
       const std::vector<float> found = picture(settings, std::ldexp(1.0, exponent), room);
       ASSERT_EQ(found.size(), expected.size()) << "2^" << exponent;
-      EXPECT_NEAR(mean_of(found) / mean, 1, 1e-6) << "2^" << exponent;
+      // Scenes of up to 4096 units have their point lights looked at from one unit away
+      // (positional_light.h): from 3 * 2^10, places are rounded to 2^-13, and squares are off by twice that.
+      const bool rounded = room.lamp == Lamp::kPoint && exponent == 10;
+      EXPECT_NEAR(mean_of(found) / mean, 1, rounded ? 0x1p-12 : 1e-6) << "2^" << exponent;
     }
   }
 }
