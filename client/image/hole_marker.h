@@ -1,4 +1,4 @@
-// What a picture shows where nothing was rendered.
+// The mark that a picture shows where nothing was rendered.
 #pragma once
 
 #include <cstdint>

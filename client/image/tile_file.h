@@ -57,7 +57,7 @@ class TileFile final : public Rows {
   const std::int32_t first_column_, first_row_, columns_, rows_;  // of the grid
   const std::vector<std::size_t> marked_;
   std::vector<bool> there_;
-  /// What is in memory of a plane: rows of the crop's width.
+  /// The part of a plane that is in memory: rows of the crop's width.
   struct Band {
     std::int32_t row = -1;  // of tiles
     std::vector<float> values;

@@ -1,4 +1,4 @@
-// What image files tell of the scene that they show: attributes, and names in Cryptomattes.
+// Facts that image files tell of the scene that they show: attributes, and names in Cryptomattes.
 #pragma once
 
 #include <cstdint>

@@ -65,7 +65,7 @@ TEST(EnumWords, ValuesOfANewerVersionAreRefusedByName) {
 TEST(EnumWords, FieldsOfAnotherVersionAreRefusedByNumber) {
   v1::JobSpec spec;
   v1::MetropolisSettings& metropolis = *spec.mutable_content()->mutable_algorithms()->mutable_metropolis();
-  // What mutations change: jobs of earlier versions had it, and their pictures would be others.
+  // The kind of mutations: jobs of earlier versions had it, and their pictures would be others.
   metropolis.GetReflection()->MutableUnknownFields(&metropolis)->AddVarint(5, 2);
   EXPECT_EQ(check_settings(spec).message(),
             "MetropolisSettings has field 5, which this version does not know");

@@ -49,7 +49,7 @@ v1::OldJobSpec old_spec() {
 
 TEST(OldSpec, FieldsThatAreGoneAreLeftOut) {
   v1::JobSpec job = *read_spec(old_spec().SerializeAsString());
-  // What mutations change: every job of mlt had it.
+  // The kind of mutations: every job of mlt had it.
   v1::MetropolisSettings& metropolis = *job.mutable_content()->mutable_algorithms()->mutable_metropolis();
   metropolis.GetReflection()->MutableUnknownFields(&metropolis)->AddVarint(5, 1);
   EXPECT_FALSE(wire::check_known(job).ok());

@@ -229,7 +229,7 @@ TEST(Authority, SaysWhatIsWrongWithCertificates) {
   ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {"alice", "bob"}).ok());
   const fs::path alice = folder.path() / "client-alice", bob = folder.path() / "client-bob";
   EXPECT_TRUE(transport::check_certificates(alice.string()).ok());
-  // Of several authorities, the second may be one's own.
+  // The second of several authorities may be one's own.
   const support::TempDir other;
   ASSERT_TRUE(write_farm_certificates(other.path(), {}, {"alice"}).ok());
   const fs::path trusted = alice / transport::kTrustedFile, kept = folder.path() / "kept.pem";

@@ -1,4 +1,4 @@
-// What paths found in the directions in which they went on, for those that come after them.
+// Records of what paths found in the directions in which they went on, for those that come after them.
 #pragma once
 
 #include <cstdint>
