@@ -25,37 +25,35 @@ class BvhBuilder {
   const std::vector<std::uint32_t>& twins() const { return twins_; }
 
   /// Grows the subtree of refs [first, first + n), with its nodes at the end of `nodes`.
-  BvhChild grow(std::size_t first, std::size_t n, int depth, std::vector<BvhNode>& nodes) {
+  BvhChild grow(std::size_t first, std::size_t n, const BvhBounds& bounds, int depth,
+                BigArray<BvhNode>& nodes) {
     throw_if_stopped(stop_);
     const std::span<BvhRef> refs = refs_.subspan(first, n);
     if (rule_ == BvhRule::kSah && n <= kSweptSize) {
       SweptSet set(refs);
-      return grow_swept(set, first, 0, n, depth, nodes);
+      return grow_swept(set, bounds.box, first, 0, n, depth, nodes);
     }
-    WideBox boxes;
-    Box centres;
-    for (const BvhRef& ref : refs) {
-      boxes.add(ref.box);
-      const float centre[3] = {ref.box.centre(0), ref.box.centre(1), ref.box.centre(2)};
-      centres.add(centre);
-    }
-    const Box box = boxes.box();
-    const std::size_t left = part(refs, box, centres, depth);
-    if (left == 0) return {box, ~static_cast<std::int32_t>(first), static_cast<std::int32_t>(n)};
+    BvhBounds halves[2];
+    const std::size_t left = part(refs, bounds, depth, halves);
+    if (left == 0) return {bounds.box, ~static_cast<std::int32_t>(first), static_cast<std::int32_t>(n)};
     const std::size_t self = nodes.size();
     nodes.emplace_back();
     BvhChild children[2];
+    const auto grow_left = [&] { children[0] = grow(first, left, halves[0], depth + 1, nodes); };
+    const auto grow_right = [&](BigArray<BvhNode>& into) {
+      children[1] = grow(first + left, n - left, halves[1], depth + 1, into);
+    };
     if (n < kForkSize) {
-      children[0] = grow(first, left, depth + 1, nodes);
-      children[1] = grow(first + left, n - left, depth + 1, nodes);
+      grow_left();
+      grow_right(nodes);
     } else {
-      std::vector<BvhNode> right;
-      forks_.both([&] { children[0] = grow(first, left, depth + 1, nodes); },
-                  [&] { children[1] = grow(first + left, n - left, depth + 1, right); });
-      append(right, nodes, children[1]);
+      BigArray<BvhNode> right;
+      forks_.both(
+          grow_left, [&] { grow_right(right); }, [&] { grow_right(nodes); });
+      if (!right.empty()) append(right, nodes, children[1]);
     }
     set(children, nodes[self]);
-    return {box, static_cast<std::int32_t>(self), 0};
+    return {bounds.box, static_cast<std::int32_t>(self), 0};
   }
 
   static void set(const BvhChild (&children)[2], BvhNode& node) {
@@ -66,10 +64,9 @@ class BvhBuilder {
     }
   }
 
-  /// Grows the subtree of `n` refs from `at` on of the set that begins at `first`.
-  BvhChild grow_swept(SweptSet& set, std::size_t first, std::size_t at, std::size_t n, int depth,
-                      std::vector<BvhNode>& nodes) {
-    const Box box = set.box_of(at, n);
+  /// Grows the subtree of `n` refs from `at` on, in `box`, of the set that begins at `first`.
+  BvhChild grow_swept(SweptSet& set, const Box& box, std::size_t first, std::size_t at, std::size_t n,
+                      int depth, BigArray<BvhNode>& nodes) {
     std::size_t left = 0;
     if (depth > kDeepest) {
       left = n <= kMedianLeaf ? 0 : set.halve(at, n);
@@ -82,8 +79,9 @@ class BvhBuilder {
     }
     const std::size_t self = nodes.size();
     nodes.emplace_back();
-    const BvhChild children[2] = {grow_swept(set, first, at, left, depth + 1, nodes),
-                                  grow_swept(set, first, at + left, n - left, depth + 1, nodes)};
+    const Box boxes[2] = {set.box_of(at, left), set.box_of(at + left, n - left)};
+    const BvhChild children[2] = {grow_swept(set, boxes[0], first, at, left, depth + 1, nodes),
+                                  grow_swept(set, boxes[1], first, at + left, n - left, depth + 1, nodes)};
     BvhBuilder::set(children, nodes[self]);
     return {box, static_cast<std::int32_t>(self), 0};
   }
@@ -92,12 +90,15 @@ class BvhBuilder {
   // Halving from there on ends before the walk's stack does, whatever the primitives are.
   static constexpr int kDeepest = kBvhDepth - 34;
 
-  std::size_t part(std::span<BvhRef> refs, const Box& box, const Box& centres, int depth) {
+  std::size_t part(std::span<BvhRef> refs, const BvhBounds& bounds, int depth, BvhBounds (&halves)[2]) {
     if (refs.size() <= 1) return 0;
+    const Box& centres = bounds.centres;
     if (refs.size() > kSweptSize && centres.extent(centres.longest_axis()) == 0) note_twins(refs);
-    if (rule_ == BvhRule::kMedian || depth > kDeepest)
-      return refs.size() <= kMedianLeaf ? 0 : part_at_median(refs, centres);
-    return part_by_sah(refs, box, centres);
+    if (rule_ == BvhRule::kSah && depth <= kDeepest) return part_by_sah(refs, bounds, halves);
+    if (refs.size() <= kMedianLeaf) return 0;
+    const std::size_t left = part_at_median(refs, centres);
+    halves[0] = bounds_of(refs.first(left)), halves[1] = bounds_of(refs.subspan(left));
+    return left;
   }
 
   /// Marks all but one of the triangles with the same corners: a ray meets the one with the least numbers,
@@ -120,7 +121,7 @@ class BvhBuilder {
     }
   }
 
-  static void append(const std::vector<BvhNode>& from, std::vector<BvhNode>& to, BvhChild& root) {
+  static void append(const BigArray<BvhNode>& from, BigArray<BvhNode>& to, BvhChild& root) {
     const auto base = static_cast<std::int32_t>(to.size());
     for (BvhNode node : from) {
       for (std::int32_t& child : node.child) child += child >= 0 ? base : 0;
@@ -137,6 +138,26 @@ class BvhBuilder {
   std::mutex mutex_;
   std::vector<std::uint32_t> twins_;
 };
+
+/// Brings primitive order[i] to place i, for all i; where they change places in a ring, one after the other.
+void reorder(BigArray<std::uint32_t> order, std::vector<Primitive>& primitives, const std::stop_token& stop) {
+  constexpr int kAhead = 16;  // steps along the ring: each begins with a miss of the cache
+  for (std::uint32_t i = 0; i < order.size(); ++i) {
+    if (order[i] == i) continue;
+    const Primitive first = primitives[i];
+    std::uint32_t to = i, ahead = i;
+    for (int k = 0; k < kAhead; ++k) ahead = order[ahead];
+    for (std::uint32_t from = order[to]; from != i; to = from, from = order[to]) {
+      __builtin_prefetch(&primitives[ahead]);
+      ahead = order[ahead];
+      throw_if_stopped(stop, to);
+      primitives[to] = primitives[from];
+      order[to] = to;
+    }
+    primitives[to] = first;
+    order[to] = to;
+  }
+}
 
 /// Fills in what is found along the tree; `area` is that of the root.
 void measure(const Bvh& tree, std::int32_t node, std::int32_t depth, double area, StructureFigures& f) {
@@ -162,14 +183,24 @@ Box child_box(const BvhNode& node, int c) {
   return box;
 }
 
+BvhBounds bounds_of(std::span<const BvhRef> refs) {
+  WideBounds bounds;
+  for (const BvhRef& ref : refs) bounds.add(ref);
+  return bounds.bounds();
+}
+
 Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads, std::stop_token stop) {
   Bvh tree;
   if (primitives.empty()) return tree;
-  std::vector<BvhRef> refs(primitives.size());
-  for (std::size_t i = 0; i < refs.size(); ++i)
+  BigArray<BvhRef> refs(primitives.size());
+  for (std::size_t i = 0; i < refs.size(); ++i) {
+    throw_if_stopped(stop, i);
     refs[i] = {box_of(primitives[i]), static_cast<std::uint32_t>(i)};
+  }
   BvhBuilder builder(rule, primitives, refs, threads, stop);
-  const BvhChild root = builder.grow(0, refs.size(), 0, tree.nodes);
+  // Where there is memory for more, pages that nothing is written to are not taken.
+  tree.nodes.reserve(refs.size());
+  const BvhChild root = builder.grow(0, refs.size(), bounds_of(refs), 0, tree.nodes);
   if (!builder.twins().empty()) {
     for (const std::uint32_t twin : builder.twins()) primitives[twin].number = -1;
     std::erase_if(primitives, [](const Primitive& p) { return p.number < 0; });
@@ -177,9 +208,10 @@ Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads, std
   }
   // A lone leaf hangs on a node with nothing on its other side.
   if (root.child < 0) BvhBuilder::set({root, {root.box, ~0, 0}}, tree.nodes.emplace_back());
-  std::vector<Primitive> ordered(primitives.size());
-  for (std::size_t i = 0; i < refs.size(); ++i) ordered[i] = primitives[refs[i].index];
-  primitives.swap(ordered);
+  BigArray<std::uint32_t> order(refs.size());
+  for (std::size_t i = 0; i < refs.size(); ++i) order[i] = refs[i].index;
+  refs = {};
+  reorder(std::move(order), primitives, stop);
 
   StructureFigures& f = tree.figures;
   f.nodes = tree.nodes.size();

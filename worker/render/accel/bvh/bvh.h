@@ -24,8 +24,8 @@ struct alignas(64) BvhNode {
 static_assert(sizeof(BvhNode) == 64);
 
 struct Bvh {
-  WideTree wide;               // the same tree; empty unless it was asked for
-  std::vector<BvhNode> nodes;  // depth first, the root first; none where there are no primitives
+  WideTree wide;            // the same tree; empty unless it was asked for
+  BigArray<BvhNode> nodes;  // depth first, the root first; none where there are no primitives
   StructureFigures figures;
 };
 
@@ -67,6 +67,17 @@ class WideBox {
     high_ = high > high_ ? high : high_;
   }
   Box box() const { return {{low_[0], low_[1], low_[2]}, {high_[1], high_[2], high_[3]}}; }
+  /// Adds the centre of a box instead, which is Box::centre() to the bit; only for box_of_points().
+  void add_point(const Box& box) {
+    Four low, high;
+    std::memcpy(&low, box.low, sizeof(low));
+    std::memcpy(&high, box.low + 2, sizeof(high));
+    const Four ends = __builtin_shufflevector(high, high, 1, 2, 3, 3);
+    const Four centre = 0.5f * low + 0.5f * ends;
+    low_ = centre < low_ ? centre : low_;
+    high_ = centre > high_ ? centre : high_;
+  }
+  Box box_of_points() const { return {{low_[0], low_[1], low_[2]}, {high_[0], high_[1], high_[2]}}; }
 
  private:
   using Four = float __attribute__((vector_size(16)));
@@ -75,10 +86,29 @@ class WideBox {
   Four low_ = {kFar, kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar, -kFar};
 };
 
+/// What bounds the boxes of a set, and what their centres.
+struct BvhBounds {
+  Box box, centres;
+};
+
+/// Bounds that are added up four numbers at a time.
+class WideBounds {
+ public:
+  void add(const BvhRef& ref) {
+    boxes_.add(ref.box);
+    centres_.add_point(ref.box);
+  }
+  BvhBounds bounds() const { return {boxes_.box(), centres_.box_of_points()}; }
+
+ private:
+  WideBox boxes_, centres_;
+};
+
 /// The two ways to part a set: brings `refs` into an order whose first so many are the left half; 0 where the
-/// set should be a leaf. `centres` bounds the centres of the boxes, `box` the boxes.
+/// set should be a leaf. `bounds` are the set's; the second way gives those of both halves.
 std::size_t part_at_median(std::span<BvhRef> refs, const Box& centres);
-std::size_t part_by_sah(std::span<BvhRef> refs, const Box& box, const Box& centres);
+std::size_t part_by_sah(std::span<BvhRef> refs, const BvhBounds& bounds, BvhBounds (&halves)[2]);
+BvhBounds bounds_of(std::span<const BvhRef> refs);
 
 /// Sets up to this size are swept.
 inline constexpr std::size_t kSweptSize = 64;

@@ -80,15 +80,32 @@ bool is_worth_parting(std::size_t n, double area, double cost_of_halves) {
          kStepCost * area + kTestCost * cost_of_halves < kTestCost * area * static_cast<double>(n);
 }
 
-std::size_t part_by_sah(std::span<BvhRef> refs, const Box& box, const Box& centres) {
-  const BucketScale bucket(centres);
+std::size_t part_by_sah(std::span<BvhRef> refs, const BvhBounds& bounds, BvhBounds (&halves)[2]) {
+  const BucketScale bucket(bounds.centres);
   const BvhSplit split = by_buckets(refs, bucket);
   // Primitives that share one centre are halved by number.
-  if (split.axis < 0) return refs.size() <= kMostInLeaf ? 0 : part_at_median(refs, centres);
-  if (!is_worth_parting(refs.size(), box.area(), split.cost)) return 0;
-  const auto right = std::partition(refs.begin(), refs.end(),
-                                    [&](const BvhRef& ref) { return bucket(ref, split.axis) <= split.left; });
-  return static_cast<std::size_t>(right - refs.begin());
+  if (split.axis < 0) {
+    if (refs.size() <= kMostInLeaf) return 0;
+    const std::size_t left = part_at_median(refs, bounds.centres);
+    halves[0] = bounds_of(refs.first(left)), halves[1] = bounds_of(refs.subspan(left));
+    return left;
+  }
+  if (!is_worth_parting(refs.size(), bounds.box.area(), split.cost)) return 0;
+  // Each ref is read once: to find its side, and to add it to that side's bounds.
+  WideBounds sums[2];
+  const auto is_left = [&](const BvhRef& ref) { return bucket(ref, split.axis) <= split.left; };
+  auto left = refs.begin(), right = refs.end();
+  for (;;) {
+    for (; left != right && is_left(*left); ++left) sums[0].add(*left);
+    if (left == right) break;
+    for (--right; left != right && !is_left(*right); --right) sums[1].add(*right);
+    sums[1].add(*left);
+    if (left == right) break;
+    sums[0].add(*right);
+    std::swap(*left++, *right);
+  }
+  halves[0] = sums[0].bounds(), halves[1] = sums[1].bounds();
+  return static_cast<std::size_t>(left - refs.begin());
 }
 
 SweptSet::SweptSet(std::span<BvhRef> refs) : refs_(refs) {

@@ -38,7 +38,7 @@ class KdUnfolded {
     return self;
   }
 
-  std::vector<BinaryNode> nodes;
+  BigArray<BinaryNode> nodes;
 
  private:
   const KdTree& tree_;

@@ -14,10 +14,16 @@ class Forks {
   /// f() and g(), at once where a thread is free. What either throws comes out.
   template <class F, class G>
   void both(F&& f, G&& g) {
+    both(f, g, g);
+  }
+  /// f() and g() at once where a thread is free, else f() and then `alone`(), which need not keep apart from
+  /// f what it makes.
+  template <class F, class G, class Alone>
+  void both(F&& f, G&& g, Alone&& alone) {
     if (spare_.fetch_sub(1) <= 0) {
       ++spare_;
       f();
-      g();
+      alone();
       return;
     }
     std::future<void> other = std::async(std::launch::async, g);

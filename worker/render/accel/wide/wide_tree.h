@@ -39,8 +39,9 @@ struct BinaryNode {
 };
 
 /// Opens the largest children of a node until it has sixteen. What holds few triangles becomes a leaf, in
-/// which each stands once. Of more than 2^30 items nothing is made: the tree is walked as it is read.
-WideTree fold(std::vector<BinaryNode> nodes, std::span<const std::uint32_t> items,
+/// which each stands once. Without `items`, those of leaves are the primitives themselves, in their order. Of
+/// more than 2^30 items nothing is made: the tree is walked as it is read.
+WideTree fold(BigArray<BinaryNode> nodes, std::span<const std::uint32_t> items,
               const std::vector<Primitive>& primitives, std::stop_token stop = {});
 
 }  // namespace tessera::render
