@@ -36,6 +36,7 @@
 #include "wire/film_size.h"
 #include "wire/limits.h"
 #include "wire/mesh_blob.h"
+#include "wire/packed_instances.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::client {
@@ -258,7 +259,7 @@ std::vector<MatteList> LoadedJob::mattes(const RenderOptions& options) const {
 
 void LoadedJob::free_meshes() {
   for (SceneBlob& blob : imported.blobs) {
-    if (wire::is_mesh(blob.bytes)) std::string().swap(blob.bytes);
+    if (wire::is_mesh(blob.bytes) || wire::is_matrices(blob.bytes)) std::string().swap(blob.bytes);
   }
 #ifdef __GLIBC__
   malloc_trim(0);  // many are small: the allocator would keep them

@@ -77,7 +77,7 @@ struct LoadedJob {
   double import_cpu_seconds = 0;
   Rational rate;  // of an animation, frames a second
 
-  /// Frees the bytes of the meshes.
+  /// Frees the bytes of meshes and packed instances.
   void free_meshes();
   /// Frees those of all blobs, which the job does not know any more.
   void free_blobs();

@@ -21,7 +21,8 @@ extern const Target kExr;
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene;
 // ---- proto/wire, proto/images, proto/layers, proto/expression
-extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression, kPhaseBlob;
+extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression, kPhaseBlob,
+    kPackedInstances;
 // ---- server
 extern const Target kJournal, kUpload, kWebRequest;
 // ---- client/command, client/denoise

@@ -23,6 +23,17 @@ std::vector<const v1::Shape*> shapes_of(const v1::Scene& scene) {
   return shapes;
 }
 
+/// The object that instance `number` places, from 1 on; empty where there is no such instance.
+std::string object_of_instance(const v1::Scene& scene, std::int64_t number) {
+  if (number <= scene.instances_size()) return scene.instances(static_cast<int>(number - 1)).object();
+  auto left = static_cast<std::uint64_t>(number - scene.instances_size());
+  for (const v1::PackedInstances::Run& run : scene.packed_instances().runs()) {
+    if (left <= run.count()) return run.object();
+    left -= run.count();
+  }
+  return "";
+}
+
 std::string name_or(const std::string& name, const char* kind, std::int64_t number) {
   return name.empty() ? absl::StrCat(kind, " ", number) : name;
 }
@@ -42,10 +53,7 @@ std::vector<MatteList> mattes_of(const v1::Scene& scene, std::uint32_t ranks) {
   };
   // Instances have positive numbers, and shapes that nothing places have their own, with a minus.
   const auto asset_name = [&scene, shapes, shape_name](std::int64_t number) {
-    if (number > 0)
-      return name_or(
-          number <= scene.instances_size() ? scene.instances(static_cast<int>(number - 1)).object() : "",
-          "instance", number);
+    if (number > 0) return name_or(object_of_instance(scene, number), "instance", number);
     const auto i = static_cast<std::size_t>(-number - 1);
     const bool grouped = i < shapes.size() && !shapes[i]->group().empty();
     return grouped ? shapes[i]->group() : shape_name(-number);

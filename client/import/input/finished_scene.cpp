@@ -2,12 +2,14 @@
 
 #include <utility>
 
+#include "import/input/instance_list.h"
 #include "import/input/valid_text.h"
 
 namespace tessera::client {
 
 ImportedScene finished_scene(v1::Scene scene, std::string name, BlobCollector blobs,
                              const Diagnostics& diagnostics) {
+  pack_instances(scene, blobs);
   ImportedScene result{.scene = std::move(scene), .blobs = blobs.take(), .warnings = diagnostics.warnings()};
   result.scene.set_name(std::move(name));
   make_text_valid(result.scene);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "import/input/instance_list.h"
 #include "import/pbrt/camera_film.h"
 #include "import/pbrt/lights.h"
 #include "import/pbrt/matter/materials.h"
@@ -108,11 +109,10 @@ class DirectiveHandler {
     SourceLocation where;
     bool is_operand = false;  // of a combination
   };
-  struct PendingInstance {
+  /// An instance of an object that was not known yet.
+  struct EarlyInstance {
     std::string object;
-    MovingTransform world_from_instance;
     SourceLocation where;
-    int holder;  // object that it stands in; -1: the world
   };
   /// Curves that follow one another under the same state, on their way into one shape.
   struct OpenCurves {
@@ -160,7 +160,10 @@ class DirectiveHandler {
   std::map<std::string, int> object_index_;
   int current_object_ = -1;
   std::vector<PendingShape> pending_shapes_;
-  std::vector<PendingInstance> pending_instances_;
+  InstanceList world_instances_;
+  std::map<int, InstanceList> held_instances_;    // by the object that holds them
+  std::vector<EarlyInstance> early_instances_;    // kMaxErrors of each object at most
+  std::map<std::string, std::size_t> early_use_;  // how many of them there are
   std::optional<OpenCurves> open_curves_;
   std::map<std::string, v1::Medium> media_;
 

@@ -93,34 +93,39 @@ void DirectiveHandler::add_media() {
 }
 
 void DirectiveHandler::place_instances() {
+  for (const EarlyInstance& early : early_instances_) {
+    if (!object_index_.contains(early.object))
+      context_.diagnostics.error(early.where, concat("there is no object \"", early.object, "\""));
+  }
   const auto& objects = context_.scene.objects();
   const auto at = [](int object) { return static_cast<std::size_t>(object); };
   std::vector<bool> empty(at(objects.size())), used(at(objects.size()));
-  for (int i = 0; i < objects.size(); ++i) empty[at(i)] = objects[i].shapes().empty();
-  // Objects follow those that they hold.
-  for (const PendingInstance& instance : pending_instances_) {
-    if (instance.holder < 0 || empty[at(object_index_.at(instance.object))]) continue;
-    empty[at(instance.holder)] = false;
-  }
-  for (auto instance = pending_instances_.rbegin(); instance != pending_instances_.rend(); ++instance) {
-    const auto object = object_index_.find(instance->object);
-    if (object == object_index_.end() || empty[at(object->second)]) continue;
-    if (instance->holder < 0 || used[at(instance->holder)]) used[at(object->second)] = true;
-  }
-  for (const PendingInstance& instance : pending_instances_) {
-    const auto object = object_index_.find(instance.object);
-    if (object == object_index_.end()) {
-      context_.diagnostics.error(instance.where, concat("there is no object \"", instance.object, "\""));
-      continue;
+  const auto is_there = [&](const std::string& name) {
+    const auto object = object_index_.find(name);
+    return object != object_index_.end() && !empty[at(object->second)];
+  };
+  const auto mark_used = [&](const InstanceList& instances) {
+    for (const std::string& name : instances.objects()) {
+      if (is_there(name)) used[at(object_index_.at(name))] = true;
     }
-    if (empty[at(object->second)]) continue;
-    v1::Instance& message = instance.holder < 0
-                                ? *context_.scene.add_instances()
-                                : *context_.scene.mutable_objects(instance.holder)->add_instances();
-    message.set_object(instance.object);
-    const MovingTransform moving = during_exposure(instance.world_from_instance);
-    write_matrix(moving.start, *message.mutable_world_from_instance());
-    if (moving.moves()) write_all_elements(moving.end, *message.mutable_world_from_instance_end());
+  };
+  // Objects follow those that they hold.
+  for (int i = 0; i < objects.size(); ++i) {
+    const auto held = held_instances_.find(i);
+    empty[at(i)] = objects[i].shapes().empty() &&
+                   (held == held_instances_.end() || std::ranges::none_of(held->second.objects(), is_there));
+  }
+  mark_used(world_instances_);
+  for (auto held = held_instances_.rbegin(); held != held_instances_.rend(); ++held) {
+    if (used[at(held->first)]) mark_used(held->second);
+  }
+  const auto place = [&](InstanceList& instances, auto& holder) {
+    instances.for_each_moving([&](MovingTransform& moving) { moving = during_exposure(moving); });
+    instances.move_to(holder, is_there, context_.blobs);
+  };
+  place(world_instances_, context_.scene);
+  for (auto& [holder, instances] : held_instances_) {
+    if (used[at(holder)]) place(instances, *context_.scene.mutable_objects(holder));
   }
   std::erase_if(pending_shapes_,
                 [&](const PendingShape& shape) { return shape.object >= 0 && !used[at(shape.object)]; });

@@ -26,14 +26,14 @@ struct ReferenceField {
 
 constexpr std::string_view kPackage = "tessera.v1.";
 constexpr ReferenceField kReferences[] = {
-    {"Shape.material", "material"},          {"Shape.interior_medium", "medium"},
-    {"Shape.exterior_medium", "medium"},     {"Camera.medium", "medium"},
-    {"Instance.object", "object"},           {"Material.back", "material"},
-    {"Material.normal_texture", "texture"},  {"MixMaterial.a", "material"},
-    {"MixMaterial.b", "material"},           {"AreaLight.texture", "texture"},
-    {"SpotLight.texture", "texture"},        {"ProjectionLight.texture", "texture"},
-    {"GoniometricLight.texture", "texture"}, {"FloatValue.texture", "texture"},
-    {"SpectrumValue.texture", "texture"}};
+    {"Shape.material", "material"},         {"Shape.interior_medium", "medium"},
+    {"Shape.exterior_medium", "medium"},    {"Camera.medium", "medium"},
+    {"Instance.object", "object"},          {"PackedInstances.Run.object", "object"},
+    {"Material.back", "material"},          {"Material.normal_texture", "texture"},
+    {"MixMaterial.a", "material"},          {"MixMaterial.b", "material"},
+    {"AreaLight.texture", "texture"},       {"SpotLight.texture", "texture"},
+    {"ProjectionLight.texture", "texture"}, {"GoniometricLight.texture", "texture"},
+    {"FloatValue.texture", "texture"},      {"SpectrumValue.texture", "texture"}};
 
 /// Fields that hold what a surface gives back of the light.
 constexpr std::string_view kReflectances[] = {"reflectance", "transmittance", "base_color"};

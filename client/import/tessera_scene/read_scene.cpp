@@ -10,11 +10,13 @@
 #include "import/input/blob_collector.h"
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
+#include "import/input/instance_list.h"
 #include "import/ply/ply_reader.h"
 #include "import/tessera_scene/blob_refs.h"
 #include "import/tessera_scene/check_scene.h"
 #include "wire/enum_words.h"
 #include "wire/mesh_blob.h"
+#include "wire/packed_instances.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
@@ -164,6 +166,27 @@ void note_places(const std::string& file, Locations& locations, ImportedScene& i
   }
 }
 
+absl::Status check_packed(const v1::PackedInstances& packed, const std::filesystem::path& directory) {
+  const std::filesystem::path path = directory / packed.matrices().path();
+  absl::StatusOr<InputFile> file = InputFile::open(path);
+  if (!file.ok()) return file.status();
+  const auto matrices = wire::decode_matrices(packed, file->bytes());
+  return matrices.ok() ? absl::OkStatus()
+                       : absl::InvalidArgumentError(concat(path.string(), ": ", matrices.status().message()));
+}
+
+/// Checks packed instances, whose blobs are known.
+void check_packed_instances(const v1::Scene& scene, const std::filesystem::path& directory,
+                            std::uint32_t file, Diagnostics& diagnostics) {
+  const auto check = [&](const auto& holder) {
+    if (!holder.has_packed_instances()) return;
+    if (absl::Status status = check_packed(holder.packed_instances(), directory); !status.ok())
+      diagnostics.error({file, 0, 0}, std::string(status.message()));
+  };
+  check(scene);
+  std::ranges::for_each(scene.objects(), check);
+}
+
 absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem::path& path,
                                           std::uint32_t file, Locations* locations,
                                           Diagnostics& diagnostics) {
@@ -180,7 +203,9 @@ absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem
       diagnostics.error(where, std::string(status.message()));
     }
   });
+  if (!diagnostics.has_errors()) check_packed_instances(scene, path.parent_path(), file, diagnostics);
   if (absl::Status status = diagnostics.status(); !status.ok()) return status;
+  pack_instances(scene, blobs);
   if (scene.name().empty()) scene.set_name(path.stem().string());
   ImportedScene imported{std::move(scene), blobs.take(), diagnostics.warnings()};
   if (locations != nullptr) note_places(path.string(), *locations, imported);

@@ -229,6 +229,26 @@ TEST(NestedScene, MovesAtEveryLevel) {
   EXPECT_GT(moved, 50u);
 }
 
+TEST(NestedScene, AWorldOfManyInstancesIsWhatItIsFlattened) {
+  // 512 shapes that move have an instance each in every instance of their object: 2^18 and more.
+  std::string text = absl::StrCat(kWorld, "objects { name: 'swarm' ");
+  for (int i = 0; i < 512; ++i) {
+    const std::string place =
+        absl::StrCat("[1,0,0,", i % 8 - 3.5, ", 0,1,0,", i / 8 % 8 - 3.5, ", 0,0,1,", i / 64);
+    absl::StrAppend(&text,
+                    "shapes { material: 'white' sphere { radius: 0.3 } world_from_object { elements: ", place,
+                    ", 0,0,0,1] } world_from_object_end { elements: ", place, ".01, 0,0,0,1] } } ");
+  }
+  text += "} ";
+  for (int i = 0; i < 513; ++i)
+    absl::StrAppend(&text, "instances { object: 'swarm' world_from_instance { elements: [0.04,0,0,",
+                    (i % 23 - 11) * 0.3, ", 0,0.04,0,", (i / 23 - 11) * 0.3, ", 0,0,0.04,0, 0,0,0,1] } } ");
+  const v1::Scene scene = scene_of(text);
+  std::vector<float> origins;
+  for (int i = 0; i <= 513; ++i) origins.push_back(static_cast<float>(i));
+  expect_same_picture(picture(scene, v1::NESTING_AUTO, 1), picture(scene, v1::NESTING_FLATTENED, 1), origins);
+}
+
 /// Ten levels, ten instances each: 10^10 balls.
 std::string ten_by_ten() {
   std::string text =

@@ -4,7 +4,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "render/build/shape/object_graph.h"
 #include "unit/render/build/names_for_shapes.h"
+#include "wire/packed_instances.h"
 
 namespace tessera::render {
 namespace {
@@ -51,6 +53,50 @@ TEST_F(InstanceBuilderTest, AnObjectIsBuiltOnceAndPlacedByItsInstances) {
   EXPECT_EQ(table_.instances[1].render_from_instance.m[3], 4);
   EXPECT_EQ(table_.instances[1].instance_from_render.m[3], -4);
   EXPECT_THAT(shapes_.names(), ElementsAre("object 'tree', shape 0", "object 'tree', shape 1"));
+}
+
+TEST_F(InstanceBuilderTest, PackedInstancesFollowThoseThatHaveMessages) {
+  blobs_.add("places", wire::encode_matrices(
+                           {{1, 0, 0, 5, 0, 1, 0, 0, 0, 0, 1, 0}, {2, 0, 0, 3, 0, 2, 0, 0, 0, 0, 2, 0}}));
+  ASSERT_EQ(build("objects { name: 'a' shapes { sphere { radius: 1 } } }"
+                  "objects { name: 'b' shapes { sphere { radius: 2 } } }"
+                  "packed_instances { runs { object: 'b' count: 1 } runs { object: 'a' count: 1 } "
+                  "matrices { digest: 'places' } } instances { object: 'a' }"),
+            absl::OkStatus());
+  ASSERT_EQ(table_.instances.size(), 3u);
+  const auto expect = [&](std::size_t i, int object, float x, float scale) {
+    EXPECT_EQ(table_.instances[i].object, object);
+    EXPECT_EQ(table_.instances[i].number, static_cast<int>(i) + 1);
+    EXPECT_EQ(table_.instances[i].render_from_instance.m[3], x);
+    EXPECT_EQ(table_.instances[i].render_from_instance.m[0], scale);
+  };
+  expect(0, 0, -1, 1);
+  expect(1, 1, 4, 1);
+  expect(2, 0, 2, 2);
+}
+
+TEST_F(InstanceBuilderTest, MoreInstancesThanAreFlattenedAreHeldByOneObject) {
+  constexpr std::size_t kMany = kMostFlattened + 1;
+  std::vector<double> places;
+  for (std::size_t i = 0; i < kMany; ++i)
+    places.insert(places.end(), {1, 0, 0, static_cast<double>(i), 0, 1, 0, 0, 0, 0, 1, 0});
+  blobs_.add("places", wire::encode_matrices({std::move(places)}));
+  ASSERT_EQ(
+      build(absl::StrCat("objects { name: 'a' shapes { sphere { radius: 1 } } shapes { half_space {} } }"
+                         "packed_instances { runs { object: 'a' count: ",
+                         kMany, " } matrices { digest: 'places' } }")),
+      absl::OkStatus());
+  ASSERT_EQ(table_.inner.size(), kMany);
+  EXPECT_EQ(table_.inner[7].number, 8);
+  EXPECT_EQ(table_.inner[7].render_from_instance.m[3], 6);
+  // What has no end stands in the world by itself, and so does the object that holds all others.
+  ASSERT_EQ(table_.instances.size(), kMany + 1);
+  EXPECT_EQ(table_.instances[7].number, 8);
+  const InstanceRecord& all = table_.instances.back();
+  EXPECT_EQ(all.number, 0);
+  EXPECT_EQ(all.render_from_instance.m[3], 0);
+  EXPECT_EQ(table_.objects[static_cast<std::size_t>(all.object)].inner_count, static_cast<int>(kMany));
+  EXPECT_THAT(builder_.note(), HasSubstr("the world's 524290 instances are kept as one level"));
 }
 
 TEST_F(InstanceBuilderTest, AnObjectFarFromItsOriginIsBuiltAboutItself) {

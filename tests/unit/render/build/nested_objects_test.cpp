@@ -91,6 +91,15 @@ TEST(NestingPlan, FlattensWhereThereIsRoom) {
   EXPECT_THAT(kept->note, HasSubstr("3 of them are kept as levels, as asked"));
 }
 
+TEST(NestingPlan, KeepsTheWorldAsALevelWhereItHasTooManyInstances) {
+  const std::vector<int> room(kMostFlattened, 0), many(kMostFlattened + 1, 0);
+  EXPECT_FALSE(plan(chain(1), room)->world_kept);
+  EXPECT_TRUE(plan(chain(1), many)->world_kept);
+  EXPECT_TRUE(plan(chain(2), many)->world_kept);
+  EXPECT_FALSE(plan(chain(1), many, v1::NESTING_FLATTENED)->world_kept);
+  EXPECT_FALSE(plan(chain(1), many, v1::NESTING_UNSPECIFIED, "someone")->world_kept);
+}
+
 TEST(NestingPlan, KeepsAsFewLevelsAsThereIsRoomFor) {
   const auto large = plan(chain(10, 10), {9, 9, 9});
   ASSERT_TRUE(large.ok()) << large.status();

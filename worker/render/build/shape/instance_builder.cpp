@@ -11,6 +11,7 @@
 #include "render/build/values/located.h"
 #include "render/core/stopped.h"
 #include "render/shape/place.h"
+#include "wire/packed_instances.h"
 
 namespace tessera::render {
 
@@ -26,6 +27,12 @@ absl::StatusOr<Motion> motion_of(const v1::Matrix& start, const v1::Matrix& end)
   return Motion::between(*first, *last);
 }
 
+/// Makes room for `more` records at once: where they are many, copies of the array would be the peak.
+void reserve(std::size_t more, std::vector<InstanceRecord>& records) {
+  const std::size_t wanted = records.size() + more, grown = records.capacity() + records.capacity() / 2;
+  if (wanted > records.capacity()) records.reserve(std::max(wanted, grown));
+}
+
 /// x -> -x, which is its own inverse.
 Transform point_reflection() {
   Transform t;
@@ -37,6 +44,7 @@ Transform point_reflection() {
 
 absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, const std::string& wants_flat) {
   scene_ = &scene;
+  if (auto s = read_all_instances(); !s.ok()) return s;
   const Shapes& shapes = scene.shapes();
   const auto place = [&](int i) { return place_in_scene("shape", i, shapes[i].name()); };
   const auto moving = add_still(shapes, space_.from_world, place, false);
@@ -60,15 +68,9 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
   // Objects within objects.
   const auto graph = ObjectGraph::of(scene.objects(), object_names_);
   if (!graph.ok()) return graph.status();
-  std::vector<int> placed;
-  for (int i = 0; i < scene.instances_size(); ++i) {
-    const std::string& name = scene.instances(i).object();
-    const auto object = object_names_.find(name);
-    if (!object.ok()) return located(object.status(), place_in_scene("instance", i, name));
-    placed.push_back(*object);
-  }
-  if (auto s = check_flattened(*graph, half_spaces, placed, "half-spaces of objects"); !s.ok()) return s;
-  auto plan = plan_nesting(*graph, own_parts, placed, wish, wants_flat);
+  if (auto s = append_held(scene, object_names_, "", placed_); !s.ok()) return s;
+  if (auto s = check_flattened(*graph, half_spaces, placed_, "half-spaces of objects"); !s.ok()) return s;
+  auto plan = plan_nesting(*graph, own_parts, placed_, wish, wants_flat);
   if (!plan.ok()) return plan.status();
   note_ = std::move(plan->note);
   uses_ = std::move(plan->uses);
@@ -77,7 +79,8 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
     const auto& held = graph->held_by(object);
     if (auto s = add_held(object, held, plan->kept[static_cast<std::size_t>(object)]); !s.ok()) return s;
   }
-  if (auto s = add_world_instances(placed); !s.ok()) return s;
+  if (auto s = add_world_instances(plan->world_kept); !s.ok()) return s;
+  written_world_ = {}, written_ = {};  // whoever owns the blobs may free them
   number_places(table_);
   return shapes_.add_solids_of_combinations();
 }
@@ -204,32 +207,82 @@ absl::StatusOr<InstanceBuilder::ObjectParts> InstanceBuilder::build_object(const
   return parts;
 }
 
-absl::Status InstanceBuilder::for_each_placed(const v1::Instance& instance, int object,
-                                              const std::string& where,
-                                              const std::function<absl::Status(ObjectPart)>& f) {
-  ObjectParts& parts = parts_[static_cast<std::size_t>(object)];
-  const auto motion = motion_of(instance.world_from_instance(), instance.world_from_instance_end());
-  if (!motion.ok()) return located(motion.status(), where);
-  Transform unused;
-  if (!motion->moves() && !(space_.from_world * motion->at(0)).invert(unused)) {
-    warnings_.push_back(absl::StrCat(where, ": its transform is singular; left out"));
-    return absl::OkStatus();
+std::size_t InstanceBuilder::Written::size() const {
+  const auto count = messages == nullptr ? 0 : static_cast<std::size_t>(messages->size());
+  return count + packed.size() / wire::kPackedElements;
+}
+
+absl::StatusOr<Motion> InstanceBuilder::Written::motion(std::size_t i) const {
+  const auto count = static_cast<std::size_t>(messages->size());
+  if (i < count) {
+    const v1::Instance& instance = (*messages)[static_cast<int>(i)];
+    return motion_of(instance.world_from_instance(), instance.world_from_instance_end());
   }
-  for (const ObjectPart& part : parts) {
-    if (auto s = f(part.placed_by(*motion)); !s.ok()) return located(s, where);
+  Transform place;
+  std::copy_n(packed.begin() + static_cast<std::ptrdiff_t>((i - count) * wire::kPackedElements),
+              wire::kPackedElements, place.m.begin());
+  return Motion(place);
+}
+
+template <class Message>
+absl::StatusOr<InstanceBuilder::Written> InstanceBuilder::read_instances(const Message& holder) const {
+  Written written{.messages = &holder.instances(), .blob = {}, .packed = {}};
+  if (!holder.has_packed_instances()) return written;
+  auto blob = blobs_(holder.packed_instances().matrices().digest());
+  if (!blob.ok()) return located(blob.status(), "packed instances");
+  written.blob = *std::move(blob);
+  const auto packed = wire::decode_matrices(holder.packed_instances(), written.blob.bytes);
+  if (!packed.ok()) return packed.status();
+  written.packed = *packed;
+  return written;
+}
+
+absl::Status InstanceBuilder::read_all_instances() {
+  auto world = read_instances(*scene_);
+  if (!world.ok()) return world.status();
+  written_world_ = *std::move(world);
+  for (const v1::Object& object : scene_->objects()) {
+    auto written = read_instances(object);
+    if (!written.ok()) return located(written.status(), absl::StrCat("object '", object.name(), "'"));
+    written_.push_back(*std::move(written));
   }
-  // With those that are done with gone, all lists together are no longer than the world's.
-  if (--uses_[static_cast<std::size_t>(object)] == 0) parts = {};
+  return absl::OkStatus();
+}
+
+template <class F>
+absl::Status InstanceBuilder::for_each_placed(const Written& instances, const std::vector<int>& objects,
+                                              const std::string& where, F&& f) {
+  for (std::size_t i = 0; i < instances.size(); ++i) {
+    const auto object = static_cast<std::size_t>(objects[i]);
+    const auto place = [&] {
+      const std::string& name = scene_->objects(objects[i]).name();
+      return where + place_in_scene("instance", static_cast<int>(i), name);
+    };
+    const auto motion = instances.motion(i);
+    if (!motion.ok()) return located(motion.status(), place());
+    Transform unused;
+    if (!motion->moves() && !(space_.from_world * motion->at(0)).invert(unused)) {
+      warnings_.push_back(absl::StrCat(place(), ": its transform is singular; left out"));
+      continue;
+    }
+    for (const ObjectPart& part : parts_[object]) {
+      if (auto s = f(i, part.placed_by(*motion)); !s.ok()) return located(s, place());
+    }
+    // With those that are done with gone, all lists together are no longer than the world's.
+    if (--uses_[object] == 0) parts_[object] = {};
+  }
   return absl::OkStatus();
 }
 
 absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held, bool kept) {
   if (held.empty()) return absl::OkStatus();
   const v1::Object& message = scene_->objects(object);
+  const Written& written = written_[static_cast<std::size_t>(object)];
+  const std::string where = absl::StrCat("object '", message.name(), "'");
   ObjectParts& own = parts_[static_cast<std::size_t>(object)];
   ObjectParts outside;  // what the holders place
-  const auto anchor = kept ? anchor_of_group(message) : Imath::V3d(0, 0, 0);
-  if (!anchor.ok()) return anchor.status();
+  const auto anchor = kept ? anchor_of_group(written) : Imath::V3d(0, 0, 0);
+  if (!anchor.ok()) return located(anchor.status(), where);
   const auto first = static_cast<std::int32_t>(table_.inner.size());
   const Holder group{Transform::translation(-*anchor), table_.inner};
   const auto add = [&](ObjectPart part) {
@@ -240,55 +293,61 @@ absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held,
     return absl::OkStatus();
   };
   for (ObjectPart& part : own) {
-    if (auto s = add(std::move(part)); !s.ok())
-      return located(s, absl::StrCat("object '", message.name(), "'"));
+    if (auto s = add(std::move(part)); !s.ok()) return located(s, where);
   }
-  for (int i = 0; i < message.instances_size(); ++i) {
-    const v1::Instance& instance = message.instances(i);
-    const std::string where =
-        absl::StrCat("object '", message.name(), "', ", place_in_scene("instance", i, instance.object()));
-    if (auto s = for_each_placed(instance, held[static_cast<std::size_t>(i)], where, add); !s.ok()) return s;
-  }
+  if (kept) reserve(held.size(), table_.inner);
+  if (auto s = for_each_placed(written, held, absl::StrCat(where, ", "),
+                               [&](std::size_t, ObjectPart part) { return add(std::move(part)); });
+      !s.ok())
+    return s;
   if (const auto count = static_cast<std::int32_t>(table_.inner.size()) - first; count > 0) {
     outside.push_back(
         {static_cast<std::int32_t>(table_.objects.size()), Transform::translation(*anchor), {}});
     table_.objects.push_back({0, 0, first, count});
-    group_names_.push_back(message.name());
+    group_names_.push_back(absl::StrCat("an instance in ", where));
   }
   own = std::move(outside);
   return absl::OkStatus();
 }
 
-absl::StatusOr<Imath::V3d> InstanceBuilder::anchor_of_group(const v1::Object& object) const {
+absl::StatusOr<Imath::V3d> InstanceBuilder::anchor_of_group(const Written& instances) {
   Imath::V3d at[2];
-  const v1::Instance* const ends[2] = {&*object.instances().begin(), &*object.instances().rbegin()};
+  const std::size_t ends[2] = {0, instances.size() - 1};
   for (int i = 0; i < 2; ++i) {
-    const auto map = Transform::from_proto(ends[i]->world_from_instance());
-    if (!map.ok()) return located(map.status(), absl::StrCat("object '", object.name(), "'"));
-    at[i] = map->apply({0, 0, 0});
+    const auto motion = instances.motion(ends[i]);
+    if (!motion.ok()) return motion.status();
+    at[i] = motion->at(0).apply({0, 0, 0});
   }
   constexpr double kFar = 16;  // ways from the first to the last
   return at[0].length() > kFar * (at[1] - at[0]).length() ? at[0] : Imath::V3d(0, 0, 0);
 }
 
-absl::Status InstanceBuilder::add_world_instances(const std::vector<int>& placed) {
-  const Holder world{space_.from_world, table_.instances};
-  for (int i = 0; i < scene_->instances_size(); ++i) {
-    const v1::Instance& instance = scene_->instances(i);
-    const std::size_t first = table_.instances.size();
-    const auto add = [&](ObjectPart part) { return add_instance(part, world); };
-    const std::string where = place_in_scene("instance", i, instance.object());
-    if (auto s = for_each_placed(instance, placed[static_cast<std::size_t>(i)], where, add); !s.ok())
-      return s;
-    for (std::size_t k = first; k < table_.instances.size(); ++k) table_.instances[k].number = i + 1;
-  }
-  return absl::OkStatus();
+absl::Status InstanceBuilder::add_world_instances(bool kept) {
+  const Holder world{space_.from_world, table_.instances}, group{space_.from_world, table_.inner};
+  reserve(placed_.size(), kept ? table_.inner : table_.instances);
+  const auto first = static_cast<std::int32_t>(table_.inner.size());
+  const auto add = [&](std::size_t i, const ObjectPart& part) {
+    const bool inside = kept && !is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
+    const Holder& holder = inside ? group : world;
+    if (auto s = add_instance(part, holder); !s.ok()) return s;
+    holder.records.back().number = static_cast<std::int32_t>(i) + 1;
+    return absl::OkStatus();
+  };
+  if (auto s = for_each_placed(written_world_, placed_, "", add); !s.ok()) return s;
+  const auto count = static_cast<std::int32_t>(table_.inner.size()) - first;
+  if (count == 0) return absl::OkStatus();
+  const auto object = static_cast<std::int32_t>(table_.objects.size());
+  table_.objects.push_back({0, 0, first, count});
+  group_names_.push_back("an instance");
+  const Holder render_space{Transform{}, table_.instances};
+  return add_instance({object, Transform{}, {}}, render_space);
 }
 
 std::string InstanceBuilder::name_of_instance(std::size_t index) const {
   if (index < moving_names_.size()) return moving_names_[index];
   const int i = table_.instances[index].number - 1;
-  return place_in_scene("instance", i, scene_->instances(i).object());
+  if (i < 0) return "the world's instances";
+  return place_in_scene("instance", i, scene_->objects(placed_[static_cast<std::size_t>(i)]).name());
 }
 
 absl::Status InstanceBuilder::check_reach(const float* centre, float radius) const {
@@ -325,9 +384,8 @@ absl::Status InstanceBuilder::check_reach(const float* centre, float radius) con
     const Reach own = reaches[i];
     for (const InstanceRecord& inner : table_.inner_of(table_.objects[i])) {
       if (look(inner, own)) continue;
-      const std::string& name = group_names_[i + group_names_.size() - table_.objects.size()];
       return located(absl::InvalidArgumentError(kBeyondFloats),
-                     absl::StrCat("an instance in object '", name, "'"));
+                     group_names_[i + group_names_.size() - table_.objects.size()]);
     }
   }
   return absl::OkStatus();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -55,6 +56,20 @@ class InstanceBuilder {
     std::vector<InstanceRecord>& records;
   };
 
+  /// The instances of the scene, or of one of its objects: messages, then packed ones.
+  struct Written {
+    const google::protobuf::RepeatedPtrField<v1::Instance>* messages = nullptr;
+    BlobBytes blob;
+    std::span<const double> packed;  // in the blob
+
+    std::size_t size() const;
+    absl::StatusOr<Motion> motion(std::size_t i) const;
+  };
+  template <class Message>
+  absl::StatusOr<Written> read_instances(const Message& holder) const;
+  /// Fills written_world_ and written_.
+  absl::Status read_all_instances();
+
   /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
   absl::StatusOr<bool> moves(const v1::Shape& shape, bool instanced, const std::string& where);
   /// The shapes that do not move; gives the places of those that do.
@@ -73,13 +88,15 @@ class InstanceBuilder {
   absl::StatusOr<Imath::V3d> anchor_of(const v1::Object& object) const;
   /// Adds to an object's parts what its instances place; of one that is `kept`, as a group of ShapeTable.
   absl::Status add_held(int object, const std::vector<int>& held, bool kept);
-  /// Calls f for the parts of an object where one of its instances places them, which is then done with; a
-  /// singular one is left out.
-  absl::Status for_each_placed(const v1::Instance& instance, int object, const std::string& where,
-                               const std::function<absl::Status(ObjectPart)>& f);
+  /// Calls f(i, part) for the parts of objects[i] where instance i places them, which is then done with; a
+  /// singular one is left out. Messages of errors begin with `where`.
+  template <class F>
+  absl::Status for_each_placed(const Written& instances, const std::vector<int>& objects,
+                               const std::string& where, F&& f);
   /// Where the holder of instances that stand together, far from its origin, has them; else that origin.
-  absl::StatusOr<Imath::V3d> anchor_of_group(const v1::Object& object) const;
-  absl::Status add_world_instances(const std::vector<int>& placed);
+  static absl::StatusOr<Imath::V3d> anchor_of_group(const Written& instances);
+  /// In the world, or `kept` in one object that stands there, but for what has no end.
+  absl::Status add_world_instances(bool kept);
   absl::Status add_instance(const ObjectPart& part, const Holder& holder);
   /// Name of the instance with this index in ShapeTable::instances, for messages.
   std::string name_of_instance(std::size_t index) const;
@@ -92,10 +109,13 @@ class InstanceBuilder {
   const std::stop_token stop_;
   NameTable object_names_{"object"};
   const v1::Scene* scene_ = nullptr;
+  Written written_world_;
+  std::vector<Written> written_;           // of the scene's objects
+  std::vector<int> placed_;                // the object of each of the world's instances
   std::vector<ObjectParts> parts_;         // of the scene's objects
   std::vector<std::uint64_t> uses_;        // instances of each that are still to be built
   std::vector<std::string> moving_names_;  // of the first of ShapeTable::instances: shapes of the world
-  std::vector<std::string> group_names_;   // of the last of ShapeTable::objects: those that hold others
+  std::vector<std::string> group_names_;   // places in the last of ShapeTable::objects, which hold others
   std::string note_;
   std::int32_t shapes_before_ = 0;  // shapes of the scene before those that are being built
 };

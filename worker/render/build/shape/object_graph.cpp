@@ -40,21 +40,21 @@ std::string in_words(std::uint64_t count) {
   return count < kUncounted ? absl::StrCat(count) : std::string("2^62 or more");
 }
 
+std::string note_on_world(std::uint64_t count) {
+  return absl::StrCat("the world's ", count, " instances are kept as one level, for there are more than ",
+                      kMostFlattened);
+}
+
 }  // namespace
 
 absl::StatusOr<ObjectGraph> ObjectGraph::of(const Objects& objects, const NameTable& names) {
   ObjectGraph graph;
   graph.held_.resize(static_cast<std::size_t>(objects.size()));
   for (int i = 0; i < objects.size(); ++i) {
-    const auto& instances = objects[i].instances();
-    for (int k = 0; k < instances.size(); ++k) {
-      const auto held = names.find(instances[k].object());
-      if (!held.ok()) {
-        return located(held.status(), absl::StrCat("object '", objects[i].name(), "', ",
-                                                   place_in_scene("instance", k, instances[k].object())));
-      }
-      graph.held_[static_cast<std::size_t>(i)].push_back(*held);
-    }
+    if (auto s = append_held(objects[i], names, absl::StrCat("object '", objects[i].name(), "', "),
+                             graph.held_[static_cast<std::size_t>(i)]);
+        !s.ok())
+      return s;
   }
   if (auto s = graph.sort(objects); !s.ok()) return s;
   if (auto s = graph.measure(objects); !s.ok()) return s;
@@ -130,7 +130,7 @@ absl::Status check_flattened(const ObjectGraph& graph, std::vector<std::uint64_t
 absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,
                                          const std::vector<int>& placed, v1::Nesting wish,
                                          const std::string& wants_flat) {
-  NestingPlan plan{std::vector<bool>(own.size(), false), std::vector<std::uint64_t>(own.size(), 0), ""};
+  NestingPlan plan{.kept = std::vector<bool>(own.size()), .uses = std::vector<std::uint64_t>(own.size())};
   const auto at = [](int object) { return static_cast<std::size_t>(object); };
   std::vector<std::uint64_t>& uses = plan.uses;
   for (const int object : placed) ++uses[at(object)];
@@ -138,7 +138,14 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
     if (uses[at(*holder)] == 0) continue;
     for (const int held : graph.held_by(*holder)) ++uses[at(held)];
   }
-  if (graph.depth() == 1) return plan;
+  const bool may_keep = wants_flat.empty() && wish != v1::NESTING_FLATTENED;
+  if (graph.depth() == 1) {
+    std::uint64_t all = 0;
+    for (const int object : placed) all = sum(all, own[at(object)]);
+    plan.world_kept = may_keep && all > kMostFlattened;
+    if (plan.world_kept) plan.note = note_on_world(all);
+    return plan;
+  }
   // Flattened parts of each object, and how many places its tree has.
   std::vector<std::uint64_t> flat = own, places = own;
   for (std::uint64_t& count : places) count = sum(count, 1);
@@ -173,6 +180,7 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
   std::uint64_t room = wish == v1::NESTING_KEPT ? 0 : kMostFlattened;
   std::vector<std::uint64_t> parts = own;
   std::size_t kept = 0;
+  std::uint64_t in_world = 0;
   for (const int object : graph.order()) {
     if (graph.held_by(object).empty() || uses[at(object)] == 0) continue;
     for (const int held : graph.held_by(object))
@@ -182,8 +190,11 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
     if (!plan.kept[at(object)]) room -= uses[at(object)] * parts[at(object)];
     kept += plan.kept[at(object)];
   }
+  for (const int object : placed) in_world = sum(in_world, plan.kept[at(object)] ? 1 : parts[at(object)]);
+  plan.world_kept = in_world > kMostFlattened;
   plan.note = absl::StrCat(
-      "objects within objects, ", graph.depth(), " deep: ", kept, " of them are kept as levels, ",
+      plan.world_kept ? absl::StrCat(note_on_world(in_world), "; ") : "", "objects within objects, ",
+      graph.depth(), " deep: ", kept, " of them are kept as levels, ",
       wish == v1::NESTING_KEPT ? std::string("as asked")
                                : absl::StrCat("for flattened there were more than ", kMostFlattened),
       ": ", in_words(all), " instances");

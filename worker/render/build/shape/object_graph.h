@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "render/build/values/located.h"
 #include "render/build/values/name_table.h"
 #include "tessera/v1/scene.pb.h"
 
@@ -20,10 +21,11 @@ class ObjectGraph {
   static constexpr int kDeepest = 64;
 
   /// InvalidArgument names an instance of an object that does not exist, a cycle with its objects, or a way
-  /// that is longer than kDeepest. `names` are those of the objects.
+  /// that is longer than kDeepest. `names` are those of the objects. Counts of packed instances are known to
+  /// be those of their blobs.
   static absl::StatusOr<ObjectGraph> of(const Objects& objects, const NameTable& names);
 
-  /// The objects that an object's instances place, in their order.
+  /// The objects that an object's instances place, in their order: messages, then packed ones.
   const std::vector<int>& held_by(int object) const { return held_[static_cast<std::size_t>(object)]; }
   /// All objects, each after those that it holds; without those in their own order.
   const std::vector<int>& order() const { return order_; }
@@ -45,8 +47,31 @@ struct NestingPlan {
   std::vector<bool> kept;
   // Instances of each object in the world and in objects that are placed there; 0: it is nowhere.
   std::vector<std::uint64_t> uses;
-  std::string note;  // what was decided and why; empty where no object holds others
+  bool world_kept = false;  // the world's instances are held by one object that stands in it
+  std::string note = "";    // what was decided and why; empty where no level is kept and none was flattened
 };
+
+/// Adds to `held` the objects that a scene's, or an object's, instances place. Messages of errors begin with
+/// `where`.
+template <class Holder>
+absl::Status append_held(const Holder& holder, const NameTable& names, const std::string& where,
+                         std::vector<int>& held) {
+  const auto add = [&](const std::string& name, std::uint64_t count) -> absl::Status {
+    const auto object = names.find(name);
+    if (!object.ok())
+      return located(object.status(),
+                     where + place_in_scene("instance", static_cast<int>(held.size()), name));
+    held.insert(held.end(), count, *object);
+    return absl::OkStatus();
+  };
+  for (const v1::Instance& instance : holder.instances()) {
+    if (auto s = add(instance.object(), 1); !s.ok()) return s;
+  }
+  for (const auto& run : holder.packed_instances().runs()) {
+    if (auto s = add(run.object(), run.count()); !s.ok()) return s;
+  }
+  return absl::OkStatus();
+}
 
 /// How often shapes' objects may be placed where a scene is flattened: by itself, and where it is asked for.
 /// Figures behind the first: docs/decisions/0044-scene-graph.md.

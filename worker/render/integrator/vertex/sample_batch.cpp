@@ -250,7 +250,11 @@ void SampleBatch::record_ids(const Hit& found, Int slot, Mask hit) {
     for (std::uint32_t bits = placed.bits(); bits != 0; bits &= bits - 1) {
       const int lane = std::countr_zero(bits);
       const std::int64_t place = place_number(instance[lane], upper[lane]);
-      instance_id_[to[lane]] = static_cast<float>(instance_at(table.instances, place).number);
+      // That of the outermost instance that has one: the world's may be held by an object of their own.
+      std::int32_t number = 0;
+      for_each_level(table, place,
+                     [&](const InstanceRecord& at) { number = number > 0 ? number : at.number; });
+      instance_id_[to[lane]] = static_cast<float>(number);
     }
     return;
   }
