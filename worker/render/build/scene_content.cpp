@@ -133,11 +133,9 @@ void set_footprint_traits(const SceneArrays& arrays, SceneTables& tables) {
   tables.any_tangents |= tables.any_filtered;
 }
 
-absl::Status build_embree(const ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
+absl::Status build_embree(bool robust, const Settings& settings, const LoadOptions& options,
                           const EmbreeKernel& embree, SceneContent& content) {
   const ShapeTable& shapes = content.arrays.shapes;
-  const bool robust =
-      wants_robust_intersection(shapes, builders.shapes.names(), settings.intersection, content.warnings);
   auto built = Accelerator::build(shapes, content.arrays.textures, embree.callbacks,
                                   {options.threads, options.isa, robust, options.stop});
   if (!built.ok()) return built.status();
@@ -161,17 +159,28 @@ absl::Status build_of_courses(StructureKind kind, const Settings& settings, cons
 
 /// The structure over the shapes while the images are decoded, which it has nothing to do with. A worker of
 /// one thread uses one.
-absl::Status build_accelerator(ArrayBuilders& builders, const Settings& settings, const LoadOptions& options,
-                               const AccelKernel& accel, SceneContent& content) {
+absl::Status build_accelerator(ArrayBuilders& builders, bool robust, const Settings& settings,
+                               const LoadOptions& options, const AccelKernel& accel, SceneContent& content) {
   std::future<absl::Status> images =
       std::async(options.threads > 1 ? std::launch::async : std::launch::deferred,
                  [&] { return builders.images.decode(builders.blobs, options.threads); });
   const std::chrono::nanoseconds start = base::process_cpu_time();
   const absl::Status built =
       settings.structure ? build_of_courses(*settings.structure, settings, options, accel.structures, content)
-                         : build_embree(builders, settings, options, accel.embree, content);
+                         : build_embree(robust, settings, options, accel.embree, content);
   content.accelerator_cpu_seconds = base::in_seconds(base::process_cpu_time() - start);
   if (auto s = images.get(); !s.ok()) return s;
+  return built;
+}
+
+/// Builds Embree's structure anew, for robust tests.
+absl::Status build_robust(const Settings& settings, const LoadOptions& options, const AccelKernel& accel,
+                          SceneContent& content) {
+  const std::chrono::nanoseconds start = base::process_cpu_time();
+  content.rays.reset();
+  content.accelerator.reset();
+  const absl::Status built = build_embree(true, settings, options, accel.embree, content);
+  content.accelerator_cpu_seconds += base::in_seconds(base::process_cpu_time() - start);
   return built;
 }
 
@@ -329,7 +338,13 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   group_for_shading(arrays.shapes, arrays.materials, content.tables);
   if (parts_->options.geometry_read) parts_->options.geometry_read();
 
-  if (auto s = build_accelerator(builders, settings, parts_->options, parts_->accel, content); !s.ok())
+  const std::vector<std::string>& names = builders.shapes.names();
+  IntersectionProbe probe;
+  if (!settings.structure) probe = probe_intersection(arrays.shapes);
+  const bool robust =
+      !settings.structure && wants_robust_intersection(probe, names, settings.intersection, content.warnings);
+  if (auto s = build_accelerator(builders, robust, settings, parts_->options, parts_->accel, content);
+      !s.ok())
     return s;
   throw_if_stopped(parts_->options.stop);
   set_footprint_traits(arrays, content.tables);
@@ -337,6 +352,10 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   const float radius = content.accelerator->bounding_radius();
   if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;
   build_light_selection(settings.light_selection, centre, radius, arrays.lights);
+  const bool may_change = !settings.structure && !robust && settings.intersection != v1::INTERSECTION_FAST;
+  if (may_change && leaks_would_show(probe, arrays, *content.rays, names, content.warnings)) {
+    if (auto s = build_robust(settings, parts_->options, parts_->accel, content); !s.ok()) return s;
+  }
   content.shape_numbers = shape_numbers(parts_->scene, builders.shapes.messages());
   return parts_->content;
 }
