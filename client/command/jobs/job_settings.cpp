@@ -164,14 +164,27 @@ absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstructi
 }
 
 /// The same for pixels that share light. Who asks for their variance takes their noise to be independent.
-void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSpec& spec) {
+/// Warns where the picture would have shared but for what was asked for beside it.
+void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSpec& spec,
+                     std::vector<std::string>& warnings) {
   if (wish == v1::PATH_SHARING_OFF) return;
   const bool can = wire::allows_sharing(spec).ok();
   if (wish > v1::PATH_SHARING_OFF) {
     if (!can && request.several_integrators) spec.mutable_view()->clear_path_sharing();
-  } else if (can && std::ranges::find(request.aovs, v1::AOV_VARIANCE) == request.aovs.end()) {
-    spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_AUTO);
+    return;
   }
+  const bool variance = std::ranges::find(request.aovs, v1::AOV_VARIANCE) != request.aovs.end();
+  if (can && !variance) {
+    spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_AUTO);
+    return;
+  }
+  const wire::AlgorithmTraits* const algorithm =
+      wire::find_algorithm(spec.content().algorithms().integrator());
+  if (algorithm == nullptr || !algorithm->shares_paths || spec.view().max_depth() < 2) return;
+  warnings.push_back(
+      absl::StrCat("for the sake of ", can ? "--aov variance" : "layers",
+                   ", pixels do not share the light of their paths: the picture may have several times the "
+                   "variance; a second job without has less (--path-sharing off: none is to share)"));
 }
 
 /// Whether a tile takes samples beyond its edges.
@@ -327,7 +340,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
           resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
       !status.ok())
     return request.reconstruction != 0 ? absl::OutOfRangeError(status.message()) : status;
-  resolve_sharing(request, wishes.path_sharing(), spec);
+  resolve_sharing(request, wishes.path_sharing(), spec, job->warnings);
   resolve_glass_shadows(request, *spec.mutable_content()->mutable_algorithms());
 
   v1::JobSpec::View& view = *spec.mutable_view();

@@ -332,6 +332,32 @@ TEST(JobSettings, PixelsShareLightWhereTheIntegratorCanAndNoLayersAreAskedFor) {
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
 }
 
+TEST(JobSettings, WarnsWherePixelsDoNotShareLightForWhatIsAskedForBesideThePicture) {
+  const ImportedScene scene = scene_of(64, 64);
+  const auto warnings = [&](const JobSettings& request) {
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() ? (*job)->warnings : std::vector<std::string>{};
+  };
+  JobSettings request;
+  request.aovs = {v1::AOV_ALBEDO, v1::AOV_DEPTH, v1::AOV_NORMAL};
+  EXPECT_THAT(warnings(request), IsEmpty());  // these share
+  request.aovs = {v1::AOV_VARIANCE};
+  EXPECT_THAT(warnings(request), ElementsAre(HasSubstr("--aov variance, pixels do not share")));
+  request.aovs = {};
+  request.layers.shadow = true;
+  EXPECT_THAT(warnings(request), ElementsAre(HasSubstr("layers, pixels do not share")));
+  // Nothing is lost where none would have shared.
+  request.path_sharing = v1::PATH_SHARING_OFF;
+  EXPECT_THAT(warnings(request), IsEmpty());
+  request.path_sharing = {};
+  request.max_depth = 1;
+  EXPECT_THAT(warnings(request), IsEmpty());
+  request.max_depth = {};
+  request.integrator = "bdpt";
+  EXPECT_THAT(warnings(request), IsEmpty());
+}
+
 TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   ImportedScene scene = scene_of(64, 64);
   scene.scene.mutable_settings()->set_integrator("irradiance-cache");
