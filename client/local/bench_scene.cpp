@@ -80,6 +80,9 @@ BenchScene::BenchScene(std::unique_ptr<Parts> parts) : parts_(std::move(parts)) 
 BenchScene::~BenchScene() = default;
 
 const std::vector<std::string>& BenchScene::warnings() const { return parts_->scene->warnings(); }
+std::string BenchScene::unseen_light(const std::string& integrator) const {
+  return parts_->scene->unseen_light(integrator);
+}
 
 absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
                                                              const std::vector<const SceneBlob*>& blobs,

@@ -54,13 +54,11 @@ class Pilot {
 
   absl::StatusOr<PilotOutcome> run() {
     outcome_.frame = frame_of(plan_.job, kProbePixels);
-    for (std::size_t c = 0; c < entries_.size(); ++c) {
-      if (absl::Status s = probe(c); !s.ok()) return s;
-      // The candidates that are left will hardly be quicker, nor its scene be built in less time.
-      if (entries_.size() > 1 && cost_of_all() > 0 && !is_enough(c + 1)) return outcome_;
-    }
+    absl::StatusOr<bool> goes_on = probe_all();
+    if (goes_on.ok() && *goes_on && racing() == 0 && take_back_blind()) goes_on = probe_all();
+    if (!goes_on.ok()) return goes_on.status();
     if (racing() == 0) return first_refusal_;
-    if (racing() == 1) return outcome_;
+    if (!*goes_on || racing() == 1) return outcome_;
     plan_pictures(left() / cost_of_all());
     for (std::size_t c = 0; c < entries_.size(); ++c) {
       if (absl::Status s = set_frame(c); !s.ok()) return s;
@@ -85,7 +83,8 @@ class Pilot {
     double quickest = 0;
     for (std::size_t c = 0; c < costs_.size(); ++c) {
       const Judgement& known = outcome_.entries[c].judgement;
-      if (costs_[c] == 0 || !known.eligible() || !known.lacks_light.empty()) continue;
+      if (costs_[c] == 0 || !known.eligible() || !known.lacks_light.empty() || outcome_.entries[c].is_blind)
+        continue;
       quickest = quickest > 0 ? std::min(quickest, costs_[c]) : costs_[c];
     }
     const double job = plan_.read_seconds + build_seconds_ + quickest * plan_.job.pixels() * plan_.job.spp;
@@ -108,7 +107,9 @@ class Pilot {
   /// Whether the least that tells anything can be rendered, with so many candidates probed. The others cost
   /// as much as the first at least, and one of them needs a scene of its own.
   bool is_enough(std::size_t probed) const {
-    const auto others = static_cast<double>(entries_.size() - probed);
+    const auto others = static_cast<double>(
+        std::count_if(outcome_.entries.begin() + static_cast<std::ptrdiff_t>(probed), outcome_.entries.end(),
+                      [](const PilotOutcome::Entry& entry) { return !entry.dropped; }));
     const double build = std::ranges::count(costs_, 0.0) + 1 == std::ssize(costs_) ? build_seconds_ : 0;
     const double probes = others * usual_cost() * kProbes * static_cast<double>(outcome_.frame.pixels());
     const double pictures =
@@ -124,13 +125,63 @@ class Pilot {
       entry.dropped = true;
       entry.refusal = std::string(seconds.status().message());
       if (first_refusal_.ok()) first_refusal_ = seconds.status();
-      if (outcome_.best == candidate) outcome_.best = std::min(candidate + 1, entries_.size() - 1);
+      take_first();
       return absl::OkStatus();
     }
     if (!seconds.ok()) return seconds.status();
     outcome_.build_seconds += *seconds;
     if (build_seconds_ == 0) build_seconds_ = *seconds;
     return absl::OkStatus();
+  }
+
+  /// Until somebody is judged, the first that may render the job is the best.
+  void take_first() {
+    const auto first = std::ranges::find(outcome_.entries, false, &PilotOutcome::Entry::dropped);
+    if (first != outcome_.entries.end())
+      outcome_.best = static_cast<std::size_t>(first - outcome_.entries.begin());
+  }
+
+  /// Leaves out those that never find some of the light, where another finds all.
+  void leave_out_blind() {
+    std::vector<std::string> unseen;
+    for (std::size_t c = 0; c < entries_.size(); ++c) unseen.push_back(renderer_.unseen_light(c));
+    is_asked_ = true;
+    bool finds_all = false;  // some candidate
+    for (std::size_t c = 0; c < entries_.size(); ++c)
+      finds_all = finds_all || (unseen[c].empty() && !outcome_.entries[c].dropped);
+    if (!finds_all) return;
+    for (std::size_t c = 0; c < entries_.size(); ++c) {
+      PilotOutcome::Entry& entry = outcome_.entries[c];
+      if (unseen[c].empty() || entry.dropped) continue;
+      entry.dropped = entry.is_blind = true;
+      entry.refusal = std::move(unseen[c]);
+    }
+    take_first();
+  }
+
+  /// Where those that find all of the light cannot render the scene; false where nobody was left out.
+  bool take_back_blind() {
+    bool any = false;
+    for (PilotOutcome::Entry& entry : outcome_.entries) {
+      if (!entry.is_blind) continue;
+      entry.dropped = entry.is_blind = false;
+      entry.refusal.clear();
+      any = true;
+    }
+    if (any) take_first();
+    return any;
+  }
+
+  /// Probes all that are in the race and were not before. False where the job is too short for more.
+  absl::StatusOr<bool> probe_all() {
+    for (std::size_t c = 0; c < entries_.size(); ++c) {
+      if (outcome_.entries[c].dropped || costs_[c] > 0) continue;
+      if (absl::Status s = probe(c); !s.ok()) return s;
+      if (!is_asked_ && !outcome_.entries[c].dropped) leave_out_blind();
+      // The candidates that are left will hardly be quicker, nor its scene be built in less time.
+      if (entries_.size() > 1 && cost_of_all() > 0 && !is_enough(c + 1)) return false;
+    }
+    return true;
   }
 
   absl::Status probe(std::size_t candidate) {
@@ -253,6 +304,7 @@ class Pilot {
   std::vector<double> costs_;               // CPU seconds of a sample of a pixel; 0: not known
   double build_seconds_ = 0;                // of the first scene
   absl::Status first_refusal_;
+  bool is_asked_ = false;      // who finds all of the light
   std::uint32_t samples_ = 1;  // of a pixel in a picture
   std::uint32_t done_ = 0;     // images of each candidate that is not dropped
   PilotOutcome outcome_;

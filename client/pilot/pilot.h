@@ -22,6 +22,9 @@ class PilotRenderer {
   /// Makes the candidate ready for pictures of this frame; returns the CPU seconds that this took.
   /// InvalidArgument where it cannot render the scene. Not while pictures are rendered.
   virtual absl::StatusOr<double> frame(std::size_t candidate, const PilotFrame& frame) = 0;
+  /// What the candidate would never find of the light, in words; empty where it finds all. Asked once any
+  /// candidate is ready.
+  virtual std::string unseen_light(std::size_t candidate) const { return ""; }
   /// Renders these samples of each pixel of the frame, with the job's seed plus `seed_offset`. From several
   /// threads at once.
   virtual absl::StatusOr<PilotImage> render(std::size_t candidate, std::uint32_t sample_begin,
@@ -53,7 +56,8 @@ struct PilotOutcome {
     std::uint32_t images = 0;   // 0: not judged
     std::uint32_t samples = 0;  // of an image
     bool dropped = false;       // clearly worse before the end, or refused
-    std::string refusal;        // why it cannot render the scene
+    std::string refusal;        // why it cannot render the scene, or is not to
+    bool is_blind = false;      // it is left out, since others find light that it never does
   };
   std::vector<Entry> entries;  // in the order of the candidates
   std::size_t best = 0;
@@ -67,6 +71,7 @@ struct PilotOutcome {
 /// take with the quickest of them. Pictures are as small as that asks for; their samples are spread over the
 /// numbers of the job's, since a pass's radius depends on its number, and have seeds of their own. Candidates
 /// that are clearly worse are dropped from the sixteenth picture on, and the pilot ends when one is left.
+/// Those that never find some of the light are not tried where another candidate finds all of it.
 /// Cancelled when stopped; InvalidArgument, that of the first, where no candidate can render the scene.
 absl::StatusOr<PilotOutcome> run_pilot(std::span<const PilotEntry> candidates, const PilotPlan& plan,
                                        PilotRenderer& renderer, std::stop_token stop);

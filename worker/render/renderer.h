@@ -79,6 +79,10 @@ class RenderScene {
   /// Wishes of the scene that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
+  /// What the algorithm with this name would never find of the scene's light (build/light/unseen_light.h);
+  /// empty where it finds all.
+  virtual std::string unseen_light(const std::string& algorithm) const { return ""; }
+
   /// Decisions that building made, and why; one line each.
   virtual std::vector<std::string> notes() const { return {}; }
 

@@ -91,6 +91,11 @@ class SceneRenderer final : public PilotRenderer {
     return scenes_[candidate]->build_cpu_seconds();
   }
 
+  std::string unseen_light(std::size_t candidate) const override {
+    const auto ready = std::ranges::find_if(scenes_, [](const auto& scene) { return scene != nullptr; });
+    return (*ready)->unseen_light(jobs_[candidate]->spec.content().algorithms().integrator());
+  }
+
   absl::StatusOr<PilotImage> render(std::size_t candidate, std::uint32_t sample_begin,
                                     std::uint32_t sample_end, std::uint64_t seed_offset) override {
     const absl::StatusOr<BenchRender> rendered =
@@ -150,6 +155,8 @@ PilotJob pilot_job(const v1::JobSpec& spec) {
 std::string reason_of(const PilotOutcome& outcome, std::span<const PilotEntry> entries) {
   if (!outcome.judged) {
     const auto able = std::ranges::count(outcome.entries, "", &PilotOutcome::Entry::refusal);
+    const bool blind = std::ranges::any_of(outcome.entries, &PilotOutcome::Entry::is_blind);
+    if (able == 1 && blind) return "the others do not see all of the light";
     if (able == 1) return "no other can render the scene";
     return absl::StrFormat("the job is too short for a pilot: %g %% of it would tell nothing",
                            100 * kPilotShare);
@@ -176,6 +183,7 @@ v1::AutoChoice::Candidate message_of(const PilotOutcome::Entry& entry, const std
   v1::AutoChoice::Candidate message;
   message.set_integrator(name);
   message.set_left_out(entry.refusal.substr(0, wire::kMaxTextBytes));
+  message.set_misses_light(entry.is_blind);
   if (entry.images == 0) return message;
   const Judgement& judgement = entry.judgement;
   message.set_images(entry.images);

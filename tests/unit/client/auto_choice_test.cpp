@@ -2,6 +2,7 @@
 #include "command/jobs/auto_choice.h"
 
 #include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include "command/report/choice_text.h"
@@ -69,6 +70,37 @@ TEST(AutoChoice, SettingsLeaveOutWhatDoesNotGoWithThem) {
 
   request.own.cache.view = true;
   EXPECT_THAT(choose_job(request, empty_scene(), "", {}).status().message(), HasSubstr("irradiance_cache"));
+}
+
+/// A room with a lamp and a ball of a material.
+ImportedScene room(const std::string& lamp, const std::string& ball) {
+  ImportedScene imported = empty_scene();
+  v1::Scene shapes;
+  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(
+      "lights { " + lamp + " } materials { name: 'paint' diffuse {} } materials { name: 'ball' " + ball +
+          " } shapes { material: 'paint' sphere { radius: 5 } }"
+          " shapes { material: 'ball' sphere { radius: 1 }"
+          "          world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,3, 0,0,0,1] } }",
+      &shapes));
+  imported.scene.MergeFrom(shapes);
+  return imported;
+}
+
+TEST(AutoChoice, IsNoneThatNeverFindsSomeOfTheLight) {
+  constexpr const char* kSpot =
+      "name: 'lamp' spot { position { y: 2 } target { z: 3 } intensity { constant: 9 } cone_angle_degrees: "
+      "40 }";
+  const auto mirror = choose_job(asking_for_auto(), room(kSpot, "conductor {}"), "", {});
+  ASSERT_TRUE(mirror.ok()) << mirror.status();
+  EXPECT_EQ(mirror->job->spec.content().algorithms().integrator(), "vcm");
+  EXPECT_EQ(mirror->job->spec.farm().auto_choice().reason(), "the others do not see all of the light");
+  EXPECT_THAT(left_out(*mirror, "path"), HasSubstr("never finds the light of 'lamp'"));
+  EXPECT_THAT(left_out(*mirror, "bdpt"), HasSubstr("where it is seen in a mirror"));
+  EXPECT_THAT(left_out(*mirror, "light"), HasSubstr("does not see what is behind a mirror"));
+  // Nothing is out of anyone's sight.
+  const auto paint = choose_job(asking_for_auto(), room(kSpot, "diffuse {}"), "", {});
+  ASSERT_TRUE(paint.ok()) << paint.status();
+  for (const char* each : {"path", "bdpt", "vcm", "light"}) EXPECT_EQ(left_out(*paint, each), "");
 }
 
 TEST(AutoChoice, AJobThatWasBegunIsGoneOnWith) {

@@ -22,6 +22,7 @@ struct Toy {
   double blur = 0;        // relative error of the first pass, of alternating sign
   int ways = 1;
   std::string refusal = {};
+  std::string unseen = {};  // what it is known never to find
 };
 
 constexpr std::uint32_t kSide = 512;
@@ -38,6 +39,8 @@ class ToyRenderer final : public PilotRenderer {
     spent_ += 1e-3;
     return 1e-3;
   }
+
+  std::string unseen_light(std::size_t candidate) const override { return toys_[candidate].unseen; }
 
   absl::StatusOr<PilotImage> render(std::size_t candidate, std::uint32_t sample_begin,
                                     std::uint32_t sample_end, std::uint64_t seed_offset) override {
@@ -131,6 +134,43 @@ TEST(Pilot, SeesWhatIsMissingWithoutKnowingOfWays) {
   const std::vector<Toy> toys{{.name = "one", .variance = 0.1, .seldom = 0.33, .chance = 1e-5},
                               {.name = "other", .cost = 2e-6, .variance = 1}};
   expect_all(toys, 64, "other");
+}
+
+TEST(Pilot, DoesNotTryWhatIsKnownToBeBlind) {
+  // However well it does, and however short the job is.
+  const std::vector<Toy> toys{
+      {.name = "path", .cost = 1e-7, .variance = 0.01, .unseen = "the spot's caustic"},
+      {.name = "bdpt", .cost = 2e-6, .ways = 2, .unseen = "it, in mirrors"},
+      {.name = "vcm", .cost = 3e-6, .ways = 2},
+      {.name = "other", .cost = 3e-6, .variance = 4, .ways = 2}};
+  expect_all(toys, 64, "vcm");
+  expect_all(toys, 1, "vcm");
+  ToyRenderer renderer(toys, 1);
+  const absl::StatusOr<PilotOutcome> outcome = renderer.run(64);
+  ASSERT_TRUE(outcome.ok()) << outcome.status();
+  EXPECT_TRUE(outcome->entries[0].is_blind);
+  EXPECT_EQ(outcome->entries[0].refusal, "the spot's caustic");
+  EXPECT_EQ(outcome->entries[0].images, 0u);
+  EXPECT_FALSE(outcome->entries[2].is_blind);
+}
+
+TEST(Pilot, TriesTheBlindWhereNobodyCanRenderAllOfTheLight) {
+  const std::vector<Toy> toys{{.name = "path", .unseen = "the spot's caustic"},
+                              {.name = "bdpt", .cost = 2e-6, .ways = 2, .unseen = "it, in mirrors"},
+                              {.name = "vcm", .refusal = "no hair"}};
+  for (const std::size_t count : {2, 3}) {
+    ToyRenderer renderer({toys.begin(), toys.begin() + static_cast<std::ptrdiff_t>(count)}, 1);
+    const absl::StatusOr<PilotOutcome> outcome = renderer.run(64);
+    ASSERT_TRUE(outcome.ok()) << outcome.status();
+    EXPECT_TRUE(outcome->judged);
+    EXPECT_LT(outcome->best, 2u);
+    for (std::size_t c = 0; c < 2; ++c) {
+      EXPECT_GT(outcome->entries[c].images, 0u);
+      EXPECT_FALSE(outcome->entries[c].is_blind);
+      EXPECT_EQ(outcome->entries[c].refusal, "");
+    }
+    if (count == 3) EXPECT_EQ(outcome->entries[2].refusal, "no hair");
+  }
 }
 
 TEST(Pilot, LeavesOutWhatIsBlind) {

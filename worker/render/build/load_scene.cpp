@@ -1,6 +1,7 @@
 #include "render/build/load_scene.h"
 
 #include <algorithm>
+#include <map>
 #include <numeric>
 #include <optional>
 #include <utility>
@@ -146,6 +147,11 @@ class BuiltScene final : public RenderScene {
 
   const std::vector<std::string>& warnings() const override { return warnings_; }
 
+  std::string unseen_light(const std::string& algorithm) const override {
+    const auto found = unseen_light_.find(algorithm);
+    return found == unseen_light_.end() ? "" : found->second;
+  }
+
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes = content_->notes;
     if (sharing_ == v1::PATH_SHARING_AUTO && !unshared_because_.empty()) notes.push_back(unshared_message());
@@ -183,11 +189,12 @@ class BuiltScene final : public RenderScene {
       if (!layers.ok()) return layers.status();
       self->tables_.layers = *std::move(layers);
     }
-    if (std::string unseen =
-            unseen_light(self->traits_, self->tables_, scene, self->content_->material_names);
-        !unseen.empty()) {
-      self->warnings_.push_back(std::move(unseen));
+    for (const wire::AlgorithmTraits& one : wire::algorithms()) {
+      std::string unseen = render::unseen_light(one, self->tables_, scene, self->content_->material_names);
+      if (!unseen.empty()) self->unseen_light_[one.name] = std::move(unseen);
     }
+    if (std::string unseen = self->unseen_light(self->traits_.name); !unseen.empty())
+      self->warnings_.push_back(std::move(unseen));
     self->prepare_alone();
     self->find_group(stop);
     return self;
@@ -386,6 +393,7 @@ class BuiltScene final : public RenderScene {
   std::optional<SharingPilot> too_little_by_sharing_;
   SceneTables tables_;
   std::vector<std::string> warnings_ = content_->warnings;
+  std::map<std::string, std::string> unseen_light_;  // by algorithm
   std::unique_ptr<const Prepared> prepared_alone_;
 };
 

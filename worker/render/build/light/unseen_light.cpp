@@ -74,7 +74,7 @@ std::string unseen_light(const wire::AlgorithmTraits& algorithm, const SceneTabl
   for (std::size_t m = 0; m < materials.size(); ++m) {
     if (!used[m] || (materials[m].flags & kMixed)) continue;
     if (!(materials[m].flags & kAllDelta)) any_receiver = true;
-    const bool passed = tables.straight_shadows && is_clear_glass(materials[m]);
+    const bool passed = algorithm.straight_shadows && tables.straight_shadows && is_clear_glass(materials[m]);
     if (!delta_surface && has_delta_lobe(materials[m]) && !passed) delta_surface = m;
   }
   if (!delta_surface || !any_receiver) return "";
