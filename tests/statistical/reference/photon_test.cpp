@@ -105,6 +105,50 @@ TEST(PhotonMapping, FindsTheIrradianceUnderALampAndADisk) {
               0.25 / 1.25, 0.05 * 0.2);
 }
 
+// ---------------------------------------------------------------- edges
+
+/// The right one of two rooms, seen from above: a lamp is in the left one, and a wall between them, which
+/// begins at a height.
+PictureRequest dark_room(double wall_from, const std::string& integrator) {
+  PictureRequest request;
+  request.scene = absl::StrCat(
+      "camera { orthographic {} screen_window: [-1, 1, -1, 1]"
+      "         world_from_camera { elements: [1,0,0,1, 0,-1,0,0, 0,0,-1,1.45, 0,0,0,1] } }"
+      " materials { name: 'white' diffuse { reflectance { constant { constant: 0.7 } } } }"
+      " shapes { material: 'white' box { low: [-2, -1, 0] high: [2, 1, 1.5] } }"
+      " shapes { material: 'white' box { low: [-0.01, -1.1, ",
+      wall_from,
+      "] high: [0.01, 1.1, 1.6] } }"
+      " lights { point { position { x: -1 z: 1.2 } intensity { constant: 1 } } }");
+  request.integrator = integrator;
+  request.max_depth = 6;
+  return request;
+}
+
+TEST(PhotonMapping, BringsNoLightThroughAWall) {
+  PictureRequest request = dark_room(-0.1, "photon");
+  request.settings = photon_settings(0.375, 1024);
+  request.spp = 32;
+  const Picture picture = measure_picture(request);
+  ASSERT_FALSE(picture.values.empty());
+  for (const Picture::Value& value : picture.values) EXPECT_EQ(value.mean, 0);
+}
+
+TEST(PhotonMapping, BringsHardlyMoreLightThroughASlitThanThereIs) {
+  // The slit is 0.1 high, the radius 0.375 at first: with photons that count wherever they lie, it was 40 %.
+  const Picture path = measure_picture(dark_room(0.1, "path"));
+  PictureRequest request = dark_room(0.1, "photon");
+  request.settings = photon_settings(0.375, 1024);
+  request.spp = 64;
+  const Picture photon = measure_picture(request);
+  ASSERT_FALSE(path.values.empty() || photon.values.empty());
+  for (int channel = 0; channel < 3; ++channel) {
+    const Picture::Value &right = path.whole(channel), &own = photon.whole(channel);
+    EXPECT_LT(std::hypot(right.error, own.error), 0.03 * right.mean);
+    EXPECT_NEAR(own.mean, right.mean, 0.1 * right.mean + 6 * std::hypot(right.error, own.error));
+  }
+}
+
 // ---------------------------------------------------------------- no radius
 
 /// The picture for a radius of 0, from those of radii r, r / 2 and r / 4: what is in proportion to r (edges)

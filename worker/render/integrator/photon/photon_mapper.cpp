@@ -13,6 +13,7 @@
 #include "render/integrator/vertex/power_heuristic.h"
 #include "render/integrator/vertex/roulette.h"
 #include "render/light/area/interpolated_normal.h"
+#include "render/sampling/hash.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -27,6 +28,10 @@ std::int32_t paths_of_pass(const SceneTables& scene) {
       std::min(std::int64_t{scene.camera.width} * scene.camera.height, kMostByDefault));
 }
 
+/// In radii: how far back on its way a photon is looked for at most, which was measured
+/// (docs/decisions/0030-photons.md), and at least; and how high above the plane of the surface.
+constexpr float kBack = 4, kBefore = 1e-3f, kAbove = 0.1f;
+
 }  // namespace
 
 PhotonMapper::PhotonMapper(const IntegratorContext& context)
@@ -36,8 +41,8 @@ PhotonMapper::PhotonMapper(const IntegratorContext& context)
       seed_(context.seed),
       photons_(paths_of_pass(scene_)),
       light_paths_(context, static_cast<float>(photons_)),
-      caustics_{scene_.photon.caustic_radius},
-      others_{scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_)},
+      caustics_{scene_.photon.caustic_radius, 1},
+      others_{scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_), 2},
       batch_(context) {
   if (caustics_.first_radius == 0) caustics_.first_radius = others_.first_radius;
 }
@@ -101,6 +106,7 @@ void PhotonMapper::keep_photons(const LightEvent& e, Mask hit, int depth) {
   const PhotonFields<Wide16> photons{
       .position = e.vertex.surface.p,
       .direction = e.vertex.wo,
+      .way = length(e.path.origin - e.vertex.surface.p),
       .flux = e.path.beta,
       .steps = photon_steps(depth, tells_layers(scene_) ? e.path.layer_state : Int(0)),
       .alone = select(e.path.pdf == kMirrored, Int(1), Int(0))};
@@ -235,16 +241,48 @@ void PhotonMapper::gather(const Kind& kind, const Event& e, Mask wanted) {
   const InnerStageTimer timer(stats_.times, Stage::kGather, Stage::kShading);
   const int depth_end = scene_.max_depth - e.depth;
   const auto scale = static_cast<float>(1u << halvings_);
+  // Light on the other side of a wall is on the same floor. All of it counts if one photon, drawn by its
+  // light, is seen on its way: in the mean, what counts is the light of those that are.
+  DrawnPhoton drawn{.random =
+                        hash(bit_cast<std::uint32_t>(e.random(dimension::kLightPoint).x), UInt(kind.salt))};
   if (!tells_layers(scene_)) {
-    const Spectrum radiance = radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, nullptr);
-    batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, wanted);
+    const Spectrum radiance =
+        radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, nullptr, drawn);
+    const Mask seen = sees(e, drawn, kind.radius, and_not(wanted, is_black(radiance)));
+    batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, seen);
     return;
   }
   GatheredLayers layers{scene_, e.path.layer_state, {e.sampler, e.depth, true}, {}};
-  const Spectrum radiance = radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, &layers);
-  batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, wanted);
+  const Spectrum radiance =
+      radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, &layers, drawn);
+  const Mask seen = sees(e, drawn, kind.radius, and_not(wanted, is_black(radiance)));
+  batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, seen);
   layers.sums.scale(e.path.beta * scale);
-  batch_.add_to_layers(layers.sums, e.path.slot, wanted);
+  batch_.add_to_layers(layers.sums, e.path.slot, seen);
+}
+
+Mask PhotonMapper::sees(const Event& e, const DrawnPhoton& photon, float radius, Mask wanted) {
+  if (none(wanted)) return wanted;
+  // Above the plane of the surface, since bulges are no walls, and before what caught the photon.
+  const Float back =
+      min(to_unit_float(hash(photon.random, UInt(3u))) * (kBack * radius), 0.999f * photon.way);
+  const Vec3 up = face_forward(e.vertex.surface.ng, photon.direction);
+  const Vec3 from = e.vertex.surface.p;
+  const Float height = max(-dot(photon.position - from, up), 0.0f) + kAbove * radius;
+  const Vec3 target =
+      fma(up, height, fma(photon.direction, max(back, Float(kBefore * radius)), photon.position));
+  WideConnection ray = connect(scene_, e.vertex, target - from, target, wanted);
+  ray.slot = e.path.slot;
+  const int rays = append(scene_, ray, wanted, ways_, 0);
+  const float* const times = scene_.any_motion ? ways_.time : nullptr;
+  rays_.occluded(arrays_of(ways_.origin, ways_.direction, times), rays, ways_.distance);
+  stats_.shadow_rays += static_cast<std::uint64_t>(rays);
+  std::uint32_t seen = wanted.bits();
+  int i = 0;
+  for (std::uint32_t left = wanted.bits(); left != 0; left &= left - 1, ++i) {
+    if (ways_.distance[i] < 0) seen &= ~(left & (~left + 1));
+  }
+  return Mask::from_bits(seen);
 }
 
 void PhotonMapper::follow(const Event& e, int& kept) {

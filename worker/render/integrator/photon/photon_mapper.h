@@ -37,6 +37,7 @@ class PhotonMapper final : public Integrator {
   /// Photons of one kind.
   struct Kind {
     float first_radius;  // of the first pass
+    std::uint32_t salt;  // of the random numbers that are its own
     float radius = 0;
     RadianceMap map = {};
   };
@@ -66,6 +67,8 @@ class PhotonMapper final : public Integrator {
   void add_emission(const Event& e, Mask active);
   void sample_one_light(const Event& e, Mask wanted);
   void gather(const Kind& kind, const Event& e, Mask wanted);
+  /// Lanes that see a place on the last flight of their photon, drawn within a few radii of its end.
+  Mask sees(const Event& e, const DrawnPhoton& photon, float radius, Mask wanted);
   void follow(const Event& e, int& kept);
   void trace_shadow_rays();
 
@@ -85,7 +88,7 @@ class PhotonMapper final : public Integrator {
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
-  ConnectionQueue shadows_;
+  ConnectionQueue shadows_, ways_;  // to lights; to photons
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -10,9 +10,18 @@ namespace tessera::render::TESSERA_ISA {
 
 using RadianceMap = PhotonMap<PhotonFields>;
 
+/// One photon of each estimate, drawn with a probability in proportion to the light that it brings.
+struct DrawnPhoton {
+  UInt random;  // in: decides which
+  // Undefined where the estimate is black.
+  Vec3 position = {};
+  Vec3 direction = {};  // from which it came
+  Float way = {};       // as far
+};
+
 /// The radiance that leaves the vertices along wo, of all photons within `radius`, for which the map was
 /// built, that were scattered less than `depth_end` times. Adds it to `layers` too, unless that is null.
 Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end, Mask active,
-                           GatheredLayers* layers);
+                           GatheredLayers* layers, DrawnPhoton& drawn);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -7,6 +7,7 @@ template <class Form>
 struct alignas(64) PhotonFields {
   typename Form::Vector position;   // render space
   typename Form::Vector direction;  // unit, to where the light came from
+  typename Form::Scalar way;        // length of its last flight
   typename Form::Colour flux;
   typename Form::Integer steps;  // events that scattered it on the way: photon_steps.h
   // 1 where it comes from a delta light by perfect mirrors and glass alone, if by anything: no path from the
@@ -18,6 +19,7 @@ struct alignas(64) PhotonFields {
   static void for_each(F&& f, Photons&... photons) {
     f(photons.position...);
     f(photons.direction...);
+    f(photons.way...);
     f(photons.flux...);
     f(photons.steps...);
     f(photons.alone...);
