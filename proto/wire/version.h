@@ -6,7 +6,7 @@
 namespace tessera::wire {
 
 /// Raised whenever a message or blob layout changes its meaning.
-inline constexpr std::uint32_t kProtocolVersion = 4;
+inline constexpr std::uint32_t kProtocolVersion = 5;
 
 /// "0.1.0"; set by the build.
 const char* build_version();

@@ -30,9 +30,13 @@ void fill(Map& map) {
     alignas(64) float a[kWidth], b[kWidth];
     for (int k = 0; k < kWidth; ++k) a[k] = uniform(random), b[k] = uniform(random);
     const Vec3 up{Float(0.0f), Float(0.0f), Float(1.0f)};
-    map.append(
-        {on_a_side(i / kWidth % 6, Float::load(a), Float::load(b)), up, Spectrum(1.0f), Int(1), Int(0)},
-        Mask::all());
+    map.append({.position = on_a_side(i / kWidth % 6, Float::load(a), Float::load(b)),
+                .direction = up,
+                .way = Float(1.0f),
+                .flux = Spectrum(1.0f),
+                .steps = Int(1),
+                .alone = Int(0)},
+               Mask::all());
   }
 }
 

@@ -306,9 +306,9 @@ TEST(Structures, FindWhatEmbreeFinds) {
   }
 }
 
-template <class T>
-bool same_bytes(const std::vector<T>& a, const std::vector<T>& b) {
-  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(T)) == 0;
+template <class Array>
+bool same_bytes(const Array& a, const Array& b) {
+  return a.size() == b.size() && std::memcmp(a.data(), b.data(), a.size() * sizeof(a[0])) == 0;
 }
 template <class Node>
 bool same_tree(const CellTree<Node>& a, const CellTree<Node>& b) {
