@@ -22,8 +22,8 @@ class PilotRenderer {
   /// Makes the candidate ready for pictures of this frame; returns the CPU seconds that this took.
   /// InvalidArgument where it cannot render the scene. Not while pictures are rendered.
   virtual absl::StatusOr<double> frame(std::size_t candidate, const PilotFrame& frame) = 0;
-  /// What the candidate would never find of the light, in words; empty where it finds all. Asked once any
-  /// candidate is ready.
+  /// Names the light that the candidate would never find; empty where it finds all. Asked once any candidate
+  /// is ready.
   virtual std::string unseen_light(std::size_t candidate) const { return ""; }
   /// Renders these samples of each pixel of the frame, with the job's seed plus `seed_offset`. From several
   /// threads at once.

@@ -79,8 +79,8 @@ class RenderScene {
   /// Wishes of the scene that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
-  /// What the algorithm with this name would never find of the scene's light (build/light/unseen_light.h);
-  /// empty where it finds all.
+  /// Names the light of the scene that the algorithm would never find (build/light/unseen_light.h); empty
+  /// where it finds all.
   virtual std::string unseen_light(const std::string& algorithm) const { return ""; }
 
   /// Decisions that building made, and why; one line each.

@@ -181,10 +181,10 @@ void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSp
   const wire::AlgorithmTraits* const algorithm =
       wire::find_algorithm(spec.content().algorithms().integrator());
   if (algorithm == nullptr || !algorithm->shares_paths || spec.view().max_depth() < 2) return;
-  warnings.push_back(
-      absl::StrCat("for the sake of ", can ? "--aov variance" : "layers",
-                   ", pixels do not share the light of their paths: the picture may have several times the "
-                   "variance; a second job without has less (--path-sharing off: none is to share)"));
+  warnings.push_back(absl::StrCat(
+      "pixels do not share the light of their paths, because of ", can ? "--aov variance" : "layers",
+      ": the picture may have several times the variance; render it in a job of its own, or say "
+      "--path-sharing off"));
 }
 
 /// Whether a tile takes samples beyond its edges.

@@ -20,7 +20,7 @@ std::optional<Imath::M44d> place_of(const v1::Matrix& message) {
 
 template <class Holder>
 void pack_messages(Holder& holder, BlobCollector& blobs) {
-  // What has packed ones was written so.
+  // A scene file that has packed instances keeps its messages beside them.
   if (holder.instances_size() <= static_cast<int>(InstanceList::kMostMessages) ||
       holder.has_packed_instances())
     return;

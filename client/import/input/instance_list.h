@@ -17,7 +17,7 @@ namespace tessera::client {
 /// The instances of the world, or those in one object, in 96 bytes each from kMostMessages on.
 class InstanceList {
  public:
-  /// So many have a message each, which people can read and animations can name.
+  /// Up to so many instances have a message each, which people can read and animations can name.
   static constexpr std::size_t kMostMessages = 4096;
 
   void add(const std::string& object, const MovingTransform& place);

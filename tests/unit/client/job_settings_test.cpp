@@ -343,10 +343,12 @@ TEST(JobSettings, WarnsWherePixelsDoNotShareLightForWhatIsAskedForBesideThePictu
   request.aovs = {v1::AOV_ALBEDO, v1::AOV_DEPTH, v1::AOV_NORMAL};
   EXPECT_THAT(warnings(request), IsEmpty());  // these share
   request.aovs = {v1::AOV_VARIANCE};
-  EXPECT_THAT(warnings(request), ElementsAre(HasSubstr("--aov variance, pixels do not share")));
+  EXPECT_THAT(warnings(request),
+              ElementsAre(HasSubstr("do not share the light of their paths, because of --aov variance")));
   request.aovs = {};
   request.layers.shadow = true;
-  EXPECT_THAT(warnings(request), ElementsAre(HasSubstr("layers, pixels do not share")));
+  EXPECT_THAT(warnings(request),
+              ElementsAre(HasSubstr("do not share the light of their paths, because of layers")));
   // Nothing is lost where none would have shared.
   request.path_sharing = v1::PATH_SHARING_OFF;
   EXPECT_THAT(warnings(request), IsEmpty());

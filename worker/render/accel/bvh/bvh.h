@@ -86,7 +86,7 @@ class WideBox {
   Four low_ = {kFar, kFar, kFar, kFar}, high_ = {-kFar, -kFar, -kFar, -kFar};
 };
 
-/// What bounds the boxes of a set, and what their centres.
+/// Bounds of the boxes of a set, and of their centres.
 struct BvhBounds {
   Box box, centres;
 };
