@@ -72,32 +72,38 @@ class MeanRadiance {
 };
 
 /// Room for the whole film.
-inline wire::TileResult empty_picture(const SceneContent& content, std::uint32_t samples) {
+inline wire::TileResult empty_picture(const SceneTables& tables, std::uint32_t samples) {
   wire::TileResult result;
-  result.x1 = static_cast<std::uint32_t>(content.tables.camera.width);
-  result.y1 = static_cast<std::uint32_t>(content.tables.camera.height);
+  result.x1 = static_cast<std::uint32_t>(tables.sensor.width);
+  result.y1 = static_cast<std::uint32_t>(tables.sensor.height);
   result.sample_end = samples;
   result.channels = wire::channels_for_aovs({});
   return result;
 }
 
-/// All samples of the whole film, by an algorithm that works by tiles.
+/// All samples of the whole film, by an algorithm that works by tiles. `tables` are the content's, or copies
+/// that look at it through another sensor.
 template <class Algorithm>
-wire::TileResult render_tile(const SceneContent& content, std::uint32_t samples) {
-  wire::TileResult result = empty_picture(content, samples);
+wire::TileResult render_tile(const SceneContent& content, const SceneTables& tables, std::uint32_t samples) {
+  wire::TileResult result = empty_picture(tables, samples);
   RenderStats stats;
   FixedTile film(result);
-  Algorithm integrator(IntegratorContext{content.tables, *content.rays, content.tables.sampler.seed, stats});
+  Algorithm integrator(IntegratorContext{tables, *content.rays, tables.sampler.seed, stats});
   EXPECT_TRUE(integrator.render(film, film, {}));
   EXPECT_EQ(stats.dropped_samples, 0u);
   EXPECT_EQ(stats.samples, result.pixel_count() * samples);
   return result;
 }
 
+template <class Algorithm>
+wire::TileResult render_tile(const SceneContent& content, std::uint32_t samples) {
+  return render_tile<Algorithm>(content, content.tables, samples);
+}
+
 /// The same by an algorithm that works by passes.
 template <class Algorithm>
 wire::TileResult render_passes(const SceneContent& content, std::uint32_t samples) {
-  wire::TileResult result = empty_picture(content, samples);
+  wire::TileResult result = empty_picture(content.tables, samples);
   RenderStats stats;
   PassFilm film(result, content.tables.filter);
   Algorithm integrator(IntegratorContext{content.tables, *content.rays, content.tables.sampler.seed, stats});

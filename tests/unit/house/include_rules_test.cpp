@@ -61,7 +61,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/sampling", {"render/sampling", "render/core"}},
       {"worker/render/color", {"render/color", "render/core", "images", "tables"}},
       {"worker/render/shape", {"render/shape", "render/core", "expression", "tables"}},
-      {"worker/render/camera", {"render/camera", "render/core", "render/sampling"}},
+      {"worker/render/sensor", {"render/sensor", "render/color", "render/core", "render/sampling"}},
       {"worker/render/accel",
        {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
       {"worker/render/query", {"render/query", "render/accel", "render/shape", "render/core"}},
@@ -71,13 +71,13 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/light",
        {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
       {"worker/render/integrator",
-       {"render", "render/integrator", "render/accel", "render/bsdf", "render/camera", "render/color",
-        "render/core", "render/film", "render/light", "render/medium", "render/query", "render/sampling",
+       {"render", "render/integrator", "render/accel", "render/bsdf", "render/color", "render/core",
+        "render/film", "render/light", "render/medium", "render/query", "render/sampling", "render/sensor",
         "render/shape", "base", "layers", "wire"}},
       {"worker/render/build",
-       {"render", "render/build", "render/accel", "render/bsdf", "render/camera", "render/color",
-        "render/core", "render/film", "render/integrator", "render/light", "render/medium", "render/query",
-        "render/sampling", "render/shape", "base", "expression", "layers", "wire", "tessera/v1"}},
+       {"render", "render/build", "render/accel", "render/bsdf", "render/color", "render/core", "render/film",
+        "render/integrator", "render/light", "render/medium", "render/query", "render/sampling",
+        "render/sensor", "render/shape", "base", "expression", "layers", "wire", "tessera/v1"}},
   };
   return rules;
 }

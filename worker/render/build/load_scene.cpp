@@ -365,8 +365,8 @@ class BuiltScene final : public RenderScene {
       }
       return true;
     }
-    const FilmSize size{static_cast<std::uint32_t>(tables_.camera.width),
-                        static_cast<std::uint32_t>(tables_.camera.height)};
+    const FilmSize size{static_cast<std::uint32_t>(tables_.sensor.width),
+                        static_cast<std::uint32_t>(tables_.sensor.height)};
     if (scatters() || group_.count() > 1) {
       ScatterTile film(result, scatters() ? &tables_.filter : nullptr,
                        tables_.sampler.seed + tile.seed_offset, counts, group_, size);

@@ -11,8 +11,8 @@ bool make_noise_pilot(const Algorithm& algorithm, const IntegratorContext& conte
                       const FilmRect& crop, const NoiseTarget& target, bool scatters, PixelGroup group,
                       std::stop_token stop, std::string& blob) {
   const std::uint64_t samples = context.stats.samples;
-  const auto width = static_cast<std::uint32_t>(context.scene.camera.width),
-             height = static_cast<std::uint32_t>(context.scene.camera.height);
+  const auto width = static_cast<std::uint32_t>(context.scene.sensor.width),
+             height = static_cast<std::uint32_t>(context.scene.sensor.height);
   const FilmRect pixels = crop.x0 < crop.x1 ? crop : FilmRect{0, 0, width, height};
   const auto integrator = algorithm.make(context);
   NoisePilot pilot(pixels, {width, height}, part, target, scatters, group, context.seed, context.stats);
@@ -40,7 +40,7 @@ absl::StatusOr<std::shared_ptr<const Prepared>> prepare_noise(std::string_view b
   const auto holds = [](std::uint32_t end, std::int32_t film) {
     return std::int64_t{end} * wire::kNoiseBlock < std::int64_t{film} + wire::kNoiseBlock;
   };
-  if (!is_one || !holds(pilot.blocks.x1, scene.camera.width) || !holds(pilot.blocks.y1, scene.camera.height))
+  if (!is_one || !holds(pilot.blocks.x1, scene.sensor.width) || !holds(pilot.blocks.y1, scene.sensor.height))
     return absl::InvalidArgumentError("a blob is no pilot of the noise of this film's blocks");
   auto prepared = std::make_shared<NoisePrepared>();
   prepared->algorithm = std::move(algorithm);

@@ -115,7 +115,7 @@ void set_path_traits(const SceneArrays& arrays, const Settings& settings, SceneT
   }
   tables.paths_pass = tables.paths_pass || !arrays.media.media.empty();
   tables.volumetric = tables.paths_pass || tables.straight_shadows;
-  tables.any_motion = !tables.camera.steps.empty() || !arrays.shapes.motion_steps.empty();
+  tables.any_motion = !tables.sensor.steps.empty() || !arrays.shapes.motion_steps.empty();
 }
 
 /// Media that the camera is not in and no border leads to are as if they were not there.
@@ -315,7 +315,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   }
   const auto medium = builders.media.names().find(scene.camera().medium());
   if (!medium.ok()) return located(medium.status(), "camera");
-  tables.camera.medium = *medium;
+  tables.sensor.medium = *medium;
   return ContentBuild(std::move(parts));
 }
 
@@ -333,7 +333,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
     throw_if_stopped(parts_->options.stop);
     if (auto s = make_diffuse(settings, names, arrays, content.warnings); !s.ok()) return s;
   }
-  leave_out_unmet_media(content.tables.camera.medium, arrays);
+  leave_out_unmet_media(content.tables.sensor.medium, arrays);
   set_path_traits(arrays, settings, content.tables);
   group_for_shading(arrays.shapes, arrays.materials, content.tables);
   if (parts_->options.geometry_read) parts_->options.geometry_read();

@@ -35,8 +35,8 @@ class Blocks final : public SampleSource, public Film {
  public:
   Blocks(const SceneTables& scene, bool scatters, PixelGroup group, bool shared, const RenderStats& stats)
       : shared_(shared) {
-    const FilmSize film{static_cast<std::uint32_t>(scene.camera.width),
-                        static_cast<std::uint32_t>(scene.camera.height)};
+    const FilmSize film{static_cast<std::uint32_t>(scene.sensor.width),
+                        static_cast<std::uint32_t>(scene.sensor.height)};
     // The least that a pilot takes.
     const NoiseTarget target{.noise = 1, .samples = 1};
     for (std::uint32_t i = 0; i < kBlocks; ++i) {

@@ -3,9 +3,9 @@
 #include <optional>
 
 #include "render/bsdf/material_slots.h"
-#include "render/camera/footprint.h"
 #include "render/color/texture.h"
 #include "render/core/constants.h"
+#include "render/sensor/footprint.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -5,8 +5,6 @@
 #include <vector>
 
 #include "render/bsdf/material_table.h"
-#include "render/camera/camera_record.h"
-#include "render/camera/footprint_record.h"
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/layer_table.h"
@@ -17,6 +15,8 @@
 #include "render/light/light_table.h"
 #include "render/medium/medium_table.h"
 #include "render/sampling/sampler_config.h"
+#include "render/sensor/footprint_record.h"
+#include "render/sensor/sensor_record.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
@@ -55,7 +55,7 @@ struct IrradianceCacheSettings {
   std::int32_t glossy_bands = 8;  // of spherical harmonics; 0: no records at glossy surfaces
 };
 
-/// Copies share the arrays, which must outlive them, and may be given another camera, film and sampler.
+/// Copies share the arrays, which must outlive them, and may be given another sensor, filter and sampler.
 struct SceneTables {
   explicit SceneTables(const SceneArrays& arrays)
       : shapes(arrays.shapes),
@@ -69,10 +69,9 @@ struct SceneTables {
   const TextureTable& textures;
   const LightTable& lights;
   const MediumTable& media;
-  CameraRecord camera;
+  SensorRecord sensor;
   FootprintRecord footprint;
   PixelFilterRecord filter;
-  float exposure = 1;
   float render_origin[3] = {0, 0, 0};  // world space
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
@@ -101,7 +100,7 @@ struct SceneTables {
   bool volumetric = false;
   // Light passes clear glass (is_clear_glass()) unbent on its way to what it lights.
   bool straight_shadows = false;
-  bool any_motion = false;  // of the camera or of shapes: paths have times
+  bool any_motion = false;  // of the sensor or of shapes: paths have times
 };
 
 }  // namespace tessera::render

@@ -7,8 +7,8 @@
 #include <numbers>
 #include <vector>
 
+#include "render/core/vec64.h"
 #include "render/light/light_table.h"
-#include "render/light/vec64.h"
 
 namespace tessera::render {
 

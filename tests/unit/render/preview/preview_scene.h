@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "render/camera/camera.h"
 #include "render/integrator/preview/frame.h"
 #include "render/integrator/preview/preview.h"
 #include "render/integrator/preview/raster.h"
+#include "render/sensor/sensor.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA::preview_test {
@@ -61,7 +61,7 @@ inline Items items_by_raster(const SceneTables& tables, const RayQuery& rays) {
   EXPECT_TRUE(frame.finish(rays, {}));
   const auto raster = std::make_unique<Raster>(tables, frame.clusters(), rays);
   const View view = frame.view(kSubPixels / 2, kSubPixels / 2);
-  const int width = tables.camera.width, height = tables.camera.height;
+  const int width = tables.sensor.width, height = tables.sensor.height;
   Items items;
   const auto size = static_cast<std::size_t>(width * height);
   items.shape.resize(size), items.primitive.resize(size), items.instance.resize(size);
@@ -88,7 +88,7 @@ inline Items items_by_rays(const SceneTables& tables, const RayQuery& rays, floa
   Items items;
   const auto batch = std::make_unique<std::tuple<Vec3Lanes, Vec3Lanes, HitState>>();
   auto& [origin, direction, hits] = *batch;
-  const int width = tables.camera.width, pixels = width * tables.camera.height;
+  const int width = tables.sensor.width, pixels = width * tables.sensor.height;
   for (int first = 0; first < pixels; first += kBatch) {
     const int count = std::min(kBatch, pixels - first);
     for (int i = 0; i < count; i += kWidth) {
@@ -97,8 +97,8 @@ inline Items items_by_rays(const SceneTables& tables, const RayQuery& rays, floa
         x[k] = static_cast<float>((first + i + k) % width) + 0.5f + dx;
         y[k] = static_cast<float>((first + i + k) / width) + 0.5f + dy;
       }
-      const CameraRay ray = sample_camera_ray(tables.camera, {Float::load(x), Float::load(y)},
-                                              {Float(0.5f), Float(0.5f)}, Float(0.0f));
+      const SensorRay ray = start_ray(
+          tables.sensor, {{Float::load(x), Float::load(y)}, {Float(0.5f), Float(0.5f)}, Float(0.0f)});
       store_lanes(ray.origin, origin, i);
       store_lanes(ray.direction, direction, i);
     }

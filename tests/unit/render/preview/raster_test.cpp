@@ -38,7 +38,7 @@ int differences(const SceneTables& tables, const RayQuery& rays, int& explained)
 void expect_same_items(const SceneContent& content, double most_explained = 0.02) {
   int explained = 0;
   EXPECT_EQ(differences(content.tables, *content.rays, explained), 0);
-  const int pixels = content.tables.camera.width * content.tables.camera.height;
+  const int pixels = content.tables.sensor.width * content.tables.sensor.height;
   EXPECT_LE(explained, most_explained * pixels);
 }
 
@@ -95,12 +95,12 @@ TEST(Raster, NearAndFarPlanesOfTheCameraClip) {
       build_kernel_scene(scene_text(), 64, [](SceneArrays& a) { add_soup(a, 400, 0.7f, 21); });
   ASSERT_NE(content, nullptr);
   SceneTables tables = content->tables;
-  tables.camera.near_clip = 3.5f;
+  tables.sensor.near_clip = 3.5f;
   int explained = 0;
   EXPECT_EQ(differences(tables, *content->rays, explained), 0);
   EXPECT_LE(explained, 64 * 64 / 20);
   // With a far plane: nothing beyond it has a depth.
-  tables.camera.far_clip = 5;
+  tables.sensor.far_clip = 5;
   tables.aovs.depth = true;
   const wire::TileResult picture = preview_picture(*content, tables, {v1::AOV_DEPTH});
   int seen = 0;
@@ -153,7 +153,7 @@ TEST(Raster, TrianglesThatAreNoneAreNotSeen) {
             {0, 0, -1}},
            {0, 1, 2, 4, 5, 8, 6, 7, 8, 8, 8, 8, 0, 8, 4, 0, 2, 3, 0, 7, 2, 1, 6, 8});
   SceneTables tables(arrays);
-  tables.camera = content->tables.camera;
+  tables.sensor = content->tables.sensor;
   tables.filter = content->tables.filter;
   const Items after = items_by_raster(tables, *content->rays);
   for (std::size_t i = 0; i < before.shape.size(); ++i) {

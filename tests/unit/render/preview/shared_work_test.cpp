@@ -86,7 +86,7 @@ TEST(Bins, KeepFewEntriesOfClustersThatCoverTheFilm) {
   ASSERT_NE(content, nullptr);
   Clusters clusters(content->arrays.shapes);
   clusters.fill(0, clusters.size());
-  Projection projection = projection_of(content->tables.camera, 1e-4f, 1);
+  Projection projection = projection_of(content->tables.sensor, 1e-4f, 1);
   projection.width = 4096, projection.height = 2100;  // 128 x 66 bins
   Bins bins(clusters, content->arrays.shapes, projection);
   const std::vector<std::uint8_t> seen(content->arrays.shapes.shapes.size(), 1);

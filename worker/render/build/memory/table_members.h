@@ -55,15 +55,15 @@ TESSERA_MEMBERS(LightTable, lights, environments, infinite_lights, selection, tr
                 shapes, textures, any_textures, any_interpolated, scene_centre, scene_radius)
 
 // The view, and all of them
-TESSERA_MEMBERS(CameraRecord, kind, render_from_camera, steps, scale_x, scale_y, offset_x, offset_y,
-                lens_radius, focal_distance, near_clip, far_clip, width, height, medium)
+TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, scale_x, scale_y, offset_x, offset_y,
+                lens_radius, focal_distance, near_clip, far_clip, width, height, medium, response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)
 TESSERA_MEMBERS(PixelFilterRecord, kind, x, y)
 TESSERA_MEMBERS(LayerAutomaton, states, events, ends, begin, next, layers, shadows)
 TESSERA_MEMBERS(LayerTable, count, tells_lobes, has_shadows, from_camera, from_lights, joined, unweighted,
                 of_any_strategy, of_strategies, first_event_of_shape, source_of_light, one_source,
                 source_of_media)
-TESSERA_MEMBERS(SceneTables, shapes, materials, textures, lights, media, camera, footprint, filter, exposure,
+TESSERA_MEMBERS(SceneTables, shapes, materials, textures, lights, media, sensor, footprint, filter,
                 render_origin, sampler, max_depth, shared_caution, aovs, layers, irradiance_cache,
                 occlusion_distance, guiding_samples, radiosity, preview, photon, metropolis, shading_group,
                 shading_groups, any_textures, any_tangents, any_filtered, any_mix, any_opacity, paths_pass,

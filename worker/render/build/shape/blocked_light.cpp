@@ -9,8 +9,8 @@
 #include <random>
 #include <vector>
 
+#include "render/core/vec64.h"
 #include "render/light/light_source.h"
-#include "render/light/vec64.h"
 
 namespace tessera::render {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "render/build/view/footprint.h"
+#include "render/sensor/footprint_record.h"
 #include "wire/pixel_filter.h"
 
 namespace tessera::render {
@@ -41,21 +41,23 @@ absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
 
 absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
                       const RenderSpace& space, SceneTables& tables) {
-  auto camera =
-      build_camera(scene.camera(), {job.view().width(), job.view().height()}, space, *settings.algorithm);
-  if (!camera.ok()) return camera.status();
-  const std::int32_t medium = tables.camera.medium;  // belongs to the content
-  tables.camera = *std::move(camera);
-  tables.camera.medium = medium;
+  auto sensor =
+      build_sensor(scene.camera(), {job.view().width(), job.view().height()}, space, *settings.algorithm);
+  if (!sensor.ok()) return sensor.status();
+  const std::int32_t medium = tables.sensor.medium;  // belongs to the content
+  tables.sensor = *std::move(sensor);
+  tables.sensor.medium = medium;
   if (job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
     if (auto s = wire::check_scattering(scene.film().filter()); !s.ok()) return s;
   }
-  tables.footprint = footprint_of(tables.camera, job.view().texture_footprint());
+  tables.footprint = footprint_of(tables.sensor, job.view().texture_footprint());
   auto filter = build_filter(scene.film().filter());
   if (!filter.ok()) return filter.status();
   tables.filter = *std::move(filter);
-  tables.exposure = scene.film().has_exposure() ? scene.film().exposure() : 1.0f;
-  if (!std::isfinite(tables.exposure)) return absl::InvalidArgumentError("film: the exposure is not finite");
+  Response& response = tables.sensor.response;
+  response.exposure = scene.film().has_exposure() ? scene.film().exposure() : 1.0f;
+  if (!std::isfinite(response.exposure))
+    return absl::InvalidArgumentError("film: the exposure is not finite");
   tables.sampler = settings.sampler;
   tables.max_depth = settings.max_depth;
   tables.occlusion_distance = settings.occlusion_distance;

@@ -4,7 +4,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "render/build/placement/render_space.h"
-#include "render/build/view/camera.h"
+#include "render/build/view/sensor.h"
 #include "render/build/view/settings.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/scene_tables.h"

@@ -30,7 +30,7 @@ void AmbientOcclusion::intersect() {
   const float* const times = scene_.any_motion ? camera_rays_.time : nullptr;
   rays_.nearest(arrays_of(camera_rays_.origin, camera_rays_.direction, times), batch_.size(), true,
                 hits_.arrays());
-  clip_far(scene_, camera_rays_, batch_.size(), hits_);
+  miss_unseen(scene_, camera_rays_, batch_.size(), hits_);
 }
 
 void AmbientOcclusion::look_around() {

@@ -1,10 +1,10 @@
 #include "render/integrator/bdpt/bidirectional.h"
 
-#include "render/camera/camera.h"
 #include "render/integrator/bdpt/merging.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/pass_time.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -42,7 +42,8 @@ bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop)
     for (int depth = 0; frontier_.size() > 0; ++depth) advance(depth);
     batch_.finish(film, scene_.max_depth > 0);
   }
-  return merging_ != nullptr || !sees_points(scene_.camera) || trace_lights(pass, film.rect(), film, stop);
+  return merging_ != nullptr || !connects_to_points(scene_.sensor) ||
+         trace_lights(pass, film.rect(), film, stop);
 }
 
 double Bidirectional::photons_a_path() {
@@ -62,8 +63,8 @@ double Bidirectional::photons_a_path() {
 }
 
 bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& film, std::stop_token stop) {
-  const auto width = static_cast<std::uint32_t>(scene_.camera.width),
-             height = static_cast<std::uint32_t>(scene_.camera.height);
+  const auto width = static_cast<std::uint32_t>(scene_.sensor.width),
+             height = static_cast<std::uint32_t>(scene_.sensor.height);
   const UInt reversed = reverse_bits(UInt(pass));
   alignas(64) std::uint32_t x[kSubpaths], y[kSubpaths];
   int count = 0;
@@ -109,11 +110,11 @@ void Bidirectional::advance(int depth) {
 
 void Bidirectional::intersect(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
-  const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
+  const bool coherent = depth == 0 && starts_coherent_rays(scene_.sensor);
   const PathState& paths = frontier_.paths;
   rays_.nearest(arrays_of(paths.origin, paths.direction, scene_.any_motion ? paths.time : nullptr),
                 frontier_.size(), coherent, frontier_.hits.arrays());
-  if (depth == 0) clip_far(scene_, paths, frontier_.size(), frontier_.hits);
+  if (depth == 0) miss_unseen(scene_, paths, frontier_.size(), frontier_.hits);
 }
 
 void Bidirectional::shade(int depth) {

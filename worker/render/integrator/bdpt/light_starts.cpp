@@ -13,7 +13,7 @@ void LightStarts::add(int packet, LightStart& start) {
   start.path.reference = start.ray.origin;
   start.path.medium = Int(-1);
   ways_.size +=
-      append(scene_, way_from_camera(scene_, start.path.origin, start.path.time, Int::iota(packet * kWidth)),
+      append(scene_, way_from_sensor(scene_, start.path.origin, start.path.time, Int::iota(packet * kWidth)),
              start.alive, ways_, ways_.size);
 }
 

@@ -90,7 +90,7 @@ void LightSubpaths::shade(const SampleKeys& keys, int event, const LightUses& us
     if (uses.film) {
       const UInt key =
           scene_.volumetric ? hash(numbers_of(keys).key(path.slot, active) ^ join_salt(event)) : UInt(0);
-      join_to_camera(here, event, numbers, key, uses.film->rect());
+      join_to_sensor(here, event, numbers, key, uses.film->rect());
     }
     go_on(here, path, numbers, event, k, event + 1 < scene_.max_depth ? events : Mask::none());
   }
@@ -109,11 +109,11 @@ PartialWeights LightSubpaths::arrive(int event, int packet, const WidePath& path
   return starts_.first_weights(packet, v, hit);
 }
 
-void LightSubpaths::join_to_camera(const LightVertex& here, int event, const Sampler& numbers, UInt key,
+void LightSubpaths::join_to_sensor(const LightVertex& here, int event, const Sampler& numbers, UInt key,
                                    const FilmRect& rect) {
-  if (!sees_points(scene_.camera) || none(here.joinable) || !filter_.wants(event + 2, 1)) return;
+  if (!connects_to_points(scene_.sensor) || none(here.joinable) || !filter_.wants(event + 2, 1)) return;
   const Vec2 u_lens = numbers.get_2d(first_pair(event) + dimension::kJoinLens);
-  CameraJoin join = camera_join(scene_, here.vertex, here.beta, u_lens, rect, here.joinable);
+  SensorJoin join = sensor_join(scene_, here.vertex, here.beta, u_lens, rect, here.joinable);
   if (none(join.seen)) return;
   if (filter_.all()) {
     const Float density = join.eye.importance * UnitArea(scene_.lights).size *

@@ -11,11 +11,11 @@
 #include "render/integrator/bdpt/light_vertices.h"
 #include "render/integrator/bdpt/strategy.h"
 #include "render/integrator/integrator.h"
-#include "render/integrator/vertex/camera_joins.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_start.h"
 #include "render/integrator/vertex/sample_keys.h"
+#include "render/integrator/vertex/sensor_joins.h"
 #include "render/integrator/vertex/transit.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -49,8 +49,8 @@ class LightSubpaths {
         rays_(context.rays),
         stats_(context.stats),
         filter_(filter),
-        paths_a_pass_(static_cast<float>(context.scene.camera.width) *
-                      static_cast<float>(context.scene.camera.height)),
+        paths_a_pass_(static_cast<float>(context.scene.sensor.width) *
+                      static_cast<float>(context.scene.sensor.height)),
         starts_(context),
         transit_(context),
         joins_(context) {}
@@ -76,7 +76,7 @@ class LightSubpaths {
   void start(const SampleKeys& keys, int count, std::optional<float> time);
   void shade(const SampleKeys& keys, int event, const LightUses& uses);
   PartialWeights arrive(int event, int packet, const WidePath& path, const Vertex& v, Mask hit) const;
-  void join_to_camera(const LightVertex& here, int event, const Sampler& numbers, UInt key,
+  void join_to_sensor(const LightVertex& here, int event, const Sampler& numbers, UInt key,
                       const FilmRect& rect);
   void go_on(const LightVertex& here, const WidePath& path, const Sampler& numbers, int event, int packet,
              Mask hit);
@@ -92,7 +92,7 @@ class LightSubpaths {
   WeightState weights_;
   LightStarts starts_;
   Transit transit_;  // volumetric scenes only
-  CameraJoins joins_;
+  SensorJoins joins_;
   LightVertex passing_;  // that is not kept
   LightVertices kept_;
 };

@@ -21,7 +21,7 @@ Merging::Merging(const SceneTables& scene, float first_radius)
       first_radius_(first_radius > 0 ? first_radius : kRadiusOfScene * scene.lights.scene_radius) {}
 
 void Merging::expect(double photons_a_path) {
-  const std::int64_t pixels = std::int64_t{scene_.camera.width} * scene_.camera.height;
+  const std::int64_t pixels = std::int64_t{scene_.sensor.width} * scene_.sensor.height;
   const double passes = std::ceil(photons_a_path * static_cast<double>(pixels) / kMostPhotons);
   stride_ = static_cast<std::uint32_t>(std::max(1.0, passes));
   photon_paths_ = 0;
@@ -38,7 +38,7 @@ float Merging::area() const { return kPi * radius_ * radius_; }
 
 void Merging::add(const LightVertex& vertices, int event) {
   const Vertex& v = vertices.vertex;
-  const double pixels = static_cast<double>(scene_.camera.width) * scene_.camera.height;
+  const double pixels = static_cast<double>(scene_.sensor.width) * scene_.sensor.height;
   const auto share = static_cast<float>(pixels / static_cast<double>(photon_paths_));
   map_.append({.position = v.surface.p,
                .direction = v.wo,

@@ -2,12 +2,12 @@
 // that it hits, one that shines on its vertex, a vertex of a subpath from a light that it is joined to.
 #pragma once
 
-#include "render/camera/camera.h"
 #include "render/integrator/bdpt/light_vertices.h"
 #include "render/integrator/vertex/light_choice.h"
 #include "render/integrator/vertex/light_end.h"
 #include "render/integrator/vertex/light_start.h"
 #include "render/integrator/vertex/path_state.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -48,9 +48,9 @@ TESSERA_INLINE PartialWeights arrive_at(const SceneTables& scene, const Vertex& 
     return weights;
   }
   weights = {Float(0.0f), Float(0.0f)};
-  if (!sees_points(scene.camera)) return weights;
-  const CameraConnection eye = connect_to_camera(scene.camera, v.surface.p, u_lens, v.time, hit);
-  weights.last = power(subpaths / max(eye.importance * UnitArea(scene.lights).size * cosine, 1e-30f));
+  if (!connects_to_points(scene.sensor)) return weights;
+  const SensorConnection eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, hit);
+  weights.last = power(subpaths / max(eye.density * UnitArea(scene.lights).size * cosine, 1e-30f));
   return weights;
 }
 

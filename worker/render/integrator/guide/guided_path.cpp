@@ -58,7 +58,7 @@ class PartSamples final : public SampleSource {
 class Learner final : private Wavefront {
  public:
   Learner(const IntegratorContext& context, const GuideField* field)
-      : Wavefront(context), records_(context.scene.exposure, wire::kMostGuideSums) {
+      : Wavefront(context), records_(context.scene.sensor.response.exposure, wire::kMostGuideSums) {
     guide_ = field;
     recorder_ = &records_;
   }
@@ -88,7 +88,7 @@ bool make_guide(const IntegratorContext& context, const PartRequest& part, std::
                 std::string& blob) {
   const std::uint64_t samples = context.stats.samples;
   const auto learner = std::make_unique<Learner>(context, static_cast<const GuideField*>(part.prepared));
-  const CameraRecord& film = context.scene.camera;
+  const SensorRecord& film = context.scene.sensor;
   PartSamples source(film_part(film.width, film.height, part), kFirstStream + part.phase,
                      context.scene.guiding_samples * (1u << part.phase) / kAllShares);
   const bool finished = learner->follow(source, std::move(stop));

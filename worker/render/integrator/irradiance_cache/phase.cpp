@@ -4,10 +4,10 @@
 #include <utility>
 #include <vector>
 
-#include "render/camera/camera.h"
 #include "render/film/film_part.h"
 #include "render/integrator/irradiance_cache/gather.h"
 #include "render/integrator/irradiance_cache/irradiance_cache.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -118,7 +118,7 @@ class Recorder final : private Wavefront {
     if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error_, wanted.glossy, bare));
     bare = left_of(records_.even, v.surface.p, n, bare & wanted.even) |
            left_of(records_.glossy.sites, v.surface.p, n, bare & wanted.glossy);
-    const Float pixel = pixel_width(scene_.camera, way);
+    const Float pixel = pixel_width(scene_.sensor, way);
     const UInt key = hash(batch_.key(path.slot, bare), UInt(static_cast<std::uint32_t>(depth)));
     const Vec3 &p = v.surface.p, &ng = v.surface.ng;
     for (std::uint32_t bits = bare.bits(); bits != 0; bits &= bits - 1) {
@@ -159,7 +159,7 @@ bool make_records(const IntegratorContext& context, const PartRequest& part, std
   const std::uint64_t samples = context.stats.samples;
   const auto recorder =
       std::make_unique<Recorder>(context, static_cast<const IrradianceCache*>(part.prepared));
-  const CameraRecord& film = context.scene.camera;
+  const SensorRecord& film = context.scene.sensor;
   PixelsOfPart pixels(film_part(film.width, film.height, part), part.phase == 0 ? kFirstStep : 1);
   const bool finished = recorder->look_at(pixels, std::move(stop));
   context.stats.samples = samples;  // those of the pixels are none of the picture's

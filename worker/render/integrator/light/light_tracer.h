@@ -10,8 +10,8 @@
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/path/wavefront.h"
-#include "render/integrator/vertex/camera_joins.h"
 #include "render/integrator/vertex/light_paths.h"
+#include "render/integrator/vertex/sensor_joins.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -20,19 +20,19 @@ class LightTracer final : public Integrator {
   explicit LightTracer(const IntegratorContext& context)
       : scene_(context.scene),
         eye_(context, 0),
-        paths_(context, static_cast<float>(context.scene.camera.width) *
-                            static_cast<float>(context.scene.camera.height)),
+        paths_(context, static_cast<float>(context.scene.sensor.width) *
+                            static_cast<float>(context.scene.sensor.height)),
         joins_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  void join_to_camera(const LightEvent& e, Mask hit, const FilmRect& rect);
+  void join_to_sensor(const LightEvent& e, Mask hit, const FilmRect& rect);
 
   const SceneTables& scene_;
   Wavefront eye_;  // finds the lights that are seen directly
   LightPaths paths_;
-  CameraJoins joins_;
+  SensorJoins joins_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -6,6 +6,7 @@
 #include "render/color/spectrum.h"
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
+#include "render/sensor/respond.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -346,10 +347,10 @@ void Chains::keep(int chain, int slot) {
 void Chains::splat(const Path& path, float weight) {
   if (!(path.brightness > 0) || !(weight > 0)) return;
   const float scale = weight * scale_ / path.brightness;
-  const auto band = [&](int number) {
-    return band_mean(number, [&](int lane) { return path.light[lane] * scale; });
-  };
-  splats_.push_back({path.x, path.y, {band(0), band(1), band(2)}, 0});
+  Splat splat{path.x, path.y, {}};
+  for (int channel = 0; channel < kResponseChannels; ++channel)
+    splat.value[channel] = channel_of(channel, [&](int lane) { return path.light[lane] * scale; });
+  splats_.push_back(splat);
 }
 
 void Chains::flush(Film& film) {

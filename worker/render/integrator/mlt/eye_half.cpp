@@ -1,10 +1,10 @@
 // Subpaths from the eye: up to the vertex where they meet a light, are lit by one, or are joined to the
 // light's subpath.
-#include "render/camera/camera.h"
 #include "render/integrator/bdpt/ways.h"
 #include "render/integrator/mlt/path_maker.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/dimensions.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -63,17 +63,17 @@ void PathMaker::start_at_eye(PathBatch& batch) {
     select(wanted, film.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
     select(wanted, film.y, Float::load(batch.film_y + first)).store(batch.film_y + first);
     const Float time = scene_.any_motion ? numbers.get_2d(dimension::kTime).x : Float(0.0f);
-    const CameraRay ray = sample_camera_ray(scene_.camera, film, numbers.get_2d(dimension::kLens), time);
+    const SensorRay ray = start_ray(scene_.sensor, {film, numbers.get_2d(dimension::kLens), time});
     const WidePath path{.origin = ray.origin,
                         .direction = ray.direction,
-                        .beta = Spectrum(1.0f),
+                        .beta = Spectrum(ray.weight),
                         .pdf = Float(0.0f),
                         .roulette_scale = Float(1.0f),
                         .slot = Int::iota(first),
                         .normal = zero,
                         .time = time,
                         .reference = ray.origin,
-                        .medium = Int(scene_.camera.medium),
+                        .medium = Int(scene_.sensor.medium),
                         .layer_state = Int(0)};
     frontier_.replace(scene_, k, path, wanted);
   }

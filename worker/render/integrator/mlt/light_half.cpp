@@ -1,10 +1,10 @@
 // Subpaths from lights: up to the vertex that is joined to the eye's subpath, or to the camera.
-#include "render/camera/camera.h"
 #include "render/integrator/mlt/path_maker.h"
 #include "render/integrator/stage_timer.h"
-#include "render/integrator/vertex/camera_joins.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/light_step.h"
+#include "render/integrator/vertex/sensor_joins.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -63,14 +63,14 @@ void PathMaker::shade_light(PathBatch& batch, int event) {
     const WidePath path = frontier_.path(scene_, entry, active);
     const PrimaryNumbers numbers(batch, k);
     const Mask ends = events & (batch.ways_from_light(k) == event + 2),
-               at_camera = ends & (batch.ways_from_eye(k) == 1), kept = and_not(ends, at_camera);
+               at_sensor = ends & (batch.ways_from_eye(k) == 1), kept = and_not(ends, at_sensor);
     LightVertex& here = any(kept) ? kept_.add(event, k) : passing_;
     meet_surface(scene_, path, found, numbers, first_light_pair(event), hit, here.vertex);
     here.beta = path.beta;
     here.joinable = joinable(here.vertex, ends);
     here.weights = arrive_from_light(event, k, path, here.vertex, events);
-    if (const Mask wanted = at_camera & here.joinable; any(wanted))
-      join_to_camera(batch, here, event, k, wanted);
+    if (const Mask wanted = at_sensor & here.joinable; any(wanted))
+      join_to_sensor(batch, here, event, k, wanted);
     go_on_from_light(here, path, numbers, event, k, and_not(events, ends));
   }
   frontier_.end_step();
@@ -88,12 +88,12 @@ PartialWeights PathMaker::arrive_from_light(int event, int packet, const WidePat
   return starts_.first_weights(packet, v, hit);
 }
 
-void PathMaker::join_to_camera(PathBatch& batch, const LightVertex& here, int event, int packet,
+void PathMaker::join_to_sensor(PathBatch& batch, const LightVertex& here, int event, int packet,
                                Mask wanted) {
   const Vec2 u_lens = PrimaryNumbers(batch, packet).get_2d(first_light_pair(event) + dimension::kJoinLens);
-  const FilmRect film{0, 0, static_cast<std::uint32_t>(scene_.camera.width),
-                      static_cast<std::uint32_t>(scene_.camera.height)};
-  CameraJoin join = camera_join(scene_, here.vertex, here.beta, u_lens, film, wanted);
+  const FilmRect film{0, 0, static_cast<std::uint32_t>(scene_.sensor.width),
+                      static_cast<std::uint32_t>(scene_.sensor.height)};
+  SensorJoin join = sensor_join(scene_, here.vertex, here.beta, u_lens, film, wanted);
   if (none(join.seen)) return;
   const Float density = join.eye.importance * UnitArea(scene_.lights).size * cosine_at(here.vertex, join.w) *
                         (1.0f / film_area_);
@@ -102,8 +102,8 @@ void PathMaker::join_to_camera(PathBatch& batch, const LightVertex& here, int ev
   Mask shines = join.seen;
   const WideConnection ray = ray_of(scene_, here.vertex, join, shines);
   const int first = packet * kWidth;
-  select(shines, join.eye.film.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
-  select(shines, join.eye.film.y, Float::load(batch.film_y + first)).store(batch.film_y + first);
+  select(shines, join.eye.raster.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
+  select(shines, join.eye.raster.y, Float::load(batch.film_y + first)).store(batch.film_y + first);
   queue(batch, ray, Int::iota(first), join_salt(event), shines);
 }
 

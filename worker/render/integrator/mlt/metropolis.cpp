@@ -11,7 +11,7 @@ Metropolis::Metropolis(const IntegratorContext& context)
       eye_(context, 0),
       paths_(context),
       chains_(paths_, context.scene.metropolis, context.stats) {
-  const double pixels = static_cast<double>(scene_.camera.width) * scene_.camera.height;
+  const double pixels = static_cast<double>(scene_.sensor.width) * scene_.sensor.height;
   const double mutations = static_cast<double>(kChains) * scene_.metropolis.mutations;
   families_ = static_cast<std::uint32_t>(std::max(std::round(pixels / mutations), 1.0));
 }

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "render/camera/camera.h"
 #include "render/integrator/stage_timer.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -12,15 +12,14 @@ PathMaker::PathMaker(const IntegratorContext& context)
       scene_(context.scene),
       rays_(context.rays),
       stats_(context.stats),
-      sees_points_(sees_points(context.scene.camera)),
+      connects_(connects_to_points(context.scene.sensor)),
       starts_(context),
       transit_(context) {
-  const CameraRecord& camera = scene_.camera;
   // Filters are about the pixels' centres.
   left_ = 0.5f - scene_.filter.x.radius;
   top_ = 0.5f - scene_.filter.y.radius;
-  width_ = static_cast<float>(camera.width) - 2 * left_;
-  height_ = static_cast<float>(camera.height) - 2 * top_;
+  width_ = static_cast<float>(scene_.sensor.width) - 2 * left_;
+  height_ = static_cast<float>(scene_.sensor.height) - 2 * top_;
   film_area_ = width_ * height_;
   if (scene_.volumetric) emission_.emplace(context);
 }
@@ -48,13 +47,13 @@ void PathMaker::make(PathBatch& batch) {
   trace_joins(batch);
 }
 
-void PathMaker::intersect(bool camera_rays) {
+void PathMaker::intersect(bool from_sensor) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
   stats_.bounce_rays += static_cast<std::uint64_t>(frontier_.size());
   const PathState& paths = frontier_.paths;
   rays_.nearest(arrays_of(paths.origin, paths.direction, scene_.any_motion ? paths.time : nullptr),
                 frontier_.size(), false, frontier_.hits.arrays());
-  if (camera_rays) clip_far(scene_, paths, frontier_.size(), frontier_.hits);
+  if (from_sensor) miss_unseen(scene_, paths, frontier_.size(), frontier_.hits);
 }
 
 TransitNumbers PathMaker::numbers_on_the_way(const PathBatch& batch, int event, bool from_light) const {
@@ -69,8 +68,8 @@ TransitNumbers PathMaker::numbers_on_the_way(const PathBatch& batch, int event, 
 }
 
 Float PathMaker::scale_of(const PathBatch& batch, int packet, bool from_eye) const {
-  const Float ways = to_float(Int::load(batch.events + packet * kWidth)) + (sees_points_ ? 2.0f : 1.0f);
-  return from_eye ? ways * (film_area_ * scene_.exposure) : ways;
+  const Float ways = to_float(Int::load(batch.events + packet * kWidth)) + (connects_ ? 2.0f : 1.0f);
+  return from_eye ? ways * (film_area_ * scene_.sensor.response.exposure) : ways;
 }
 
 void PathMaker::add(PathBatch& batch, Spectrum more, int packet, Mask lanes) {

@@ -23,7 +23,7 @@ class PathMaker final : public PathSpace {
   explicit PathMaker(const IntegratorContext& context);
 
   void make(PathBatch& batch) override;
-  int ways(int events) const override { return events + (sees_points_ ? 2 : 1); }
+  int ways(int events) const override { return events + (connects_ ? 2 : 1); }
   int max_events() const override { return scene_.max_depth; }
   bool asks_for(int place_of_event) const override;
 
@@ -36,7 +36,7 @@ class PathMaker final : public PathSpace {
   void shade_light(PathBatch& batch, int event);
   PartialWeights arrive_from_light(int event, int packet, const WidePath& path, const Vertex& v,
                                    Mask hit) const;
-  void join_to_camera(PathBatch& batch, const LightVertex& here, int event, int packet, Mask wanted);
+  void join_to_sensor(PathBatch& batch, const LightVertex& here, int event, int packet, Mask wanted);
   void go_on_from_light(const LightVertex& here, const WidePath& path, const PrimaryNumbers& numbers,
                         int event, int packet, Mask hit);
 
@@ -54,7 +54,7 @@ class PathMaker final : public PathSpace {
   void queue(const PathBatch& batch, const Event& e, WayLight way, std::uint32_t salt);
   void queue(const PathBatch& batch, WideConnection ray, Int slot, std::uint32_t salt, Mask shines);
   void trace_joins(PathBatch& batch);
-  void intersect(bool camera_rays);
+  void intersect(bool from_sensor);
   TransitNumbers numbers_on_the_way(const PathBatch& batch, int event, bool from_light) const;
   /// batch.light += more
   static void add(PathBatch& batch, Spectrum more, int packet, Mask lanes);
@@ -66,7 +66,7 @@ class PathMaker final : public PathSpace {
   const SceneTables& scene_;
   const RayQuery& rays_;
   RenderStats& stats_;
-  const bool sees_points_;
+  const bool connects_;
   // The part of the film's plane that some pixel sees
   float left_, top_, width_, height_;
   float film_area_;

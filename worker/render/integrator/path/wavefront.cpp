@@ -2,6 +2,7 @@
 
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -52,11 +53,11 @@ void Wavefront::trace_to_lights(int depth) {
 
 void Wavefront::intersect(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
-  const bool coherent = depth == 0 && scene_.camera.lens_radius == 0 && scene_.camera.steps.empty();
+  const bool coherent = depth == 0 && starts_coherent_rays(scene_.sensor);
   rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, coherent,
                 hits_.arrays());
   if (depth > 0) return;
-  clip_far(scene_, paths_, alive_, hits_);
+  miss_unseen(scene_, paths_, alive_, hits_);
   batch_.miss_unsampled(hits_);
 }
 

@@ -25,7 +25,7 @@ constexpr std::int64_t kMostByDefault = 1 << 20;
 std::int32_t paths_of_pass(const SceneTables& scene) {
   if (scene.photon.photons > 0) return static_cast<std::int32_t>(scene.photon.photons);
   return static_cast<std::int32_t>(
-      std::min(std::int64_t{scene.camera.width} * scene.camera.height, kMostByDefault));
+      std::min(std::int64_t{scene.sensor.width} * scene.sensor.height, kMostByDefault));
 }
 
 /// In radii: how far back on its way a photon is looked for at most, which was measured
@@ -162,7 +162,7 @@ void PhotonMapper::find_points(int depth) {
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
   const float* const times = scene_.any_motion ? paths_.time : nullptr;
   rays_.nearest(arrays_of(paths_.origin, paths_.direction, times), alive_, depth == 0, hits_.arrays());
-  if (depth == 0) clip_far(scene_, paths_, alive_, hits_);
+  if (depth == 0) miss_unseen(scene_, paths_, alive_, hits_);
 }
 
 void PhotonMapper::add_emission(const Event& e, Mask active) {

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "render/camera/camera.h"
 #include "render/integrator/vertex/lanes.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -16,17 +16,17 @@ constexpr float kFootprints = 3;
 constexpr int kGrid = 32;  // rays each way
 static_assert(kGrid % kWidth == 0 && kGrid * kGrid <= kBatch);
 
-/// The camera's ray through the middle of its lens, in the middle of the exposure.
-CameraRay central_ray(const CameraRecord& camera, Vec2 film) {
+/// The ray through the middle of the lens, in the middle of the exposure.
+SensorRay central_ray(const SensorRecord& sensor, Vec2 raster) {
   const Float half(0.5f);
-  return sample_camera_ray(camera, film, {half, half}, half);
+  return start_ray(sensor, {raster, {half, half}, half});
 }
 
-Vec2 place_on_film(const CameraRecord& camera, int ray) {
+Vec2 place_on_raster(const SensorRecord& sensor, int ray) {
   const Float column = to_float(Int::iota(ray % kGrid)) + 0.5f;
   const float row = static_cast<float>(ray / kGrid) + 0.5f;
-  return {column * (static_cast<float>(camera.width) / kGrid),
-          Float(row * static_cast<float>(camera.height) / kGrid)};
+  return {column * (static_cast<float>(sensor.width) / kGrid),
+          Float(row * static_cast<float>(sensor.height) / kGrid)};
 }
 
 }  // namespace
@@ -36,7 +36,7 @@ float radius_by_footprint(const SceneTables& scene, const RayQuery& rays) {
   alignas(64) Lanes<float> time;
   HitState hits;
   for (int i = 0; i < kGrid * kGrid; i += kWidth) {
-    const CameraRay ray = central_ray(scene.camera, place_on_film(scene.camera, i));
+    const SensorRay ray = central_ray(scene.sensor, place_on_raster(scene.sensor, i));
     store_lanes(ray.origin, origin, i);
     store_lanes(ray.direction, direction, i);
     Float(0.5f).store(time + i);
@@ -45,9 +45,9 @@ float radius_by_footprint(const SceneTables& scene, const RayQuery& rays) {
                hits.arrays());
   std::vector<float> footprints;
   for (int i = 0; i < kGrid * kGrid; i += kWidth) {
-    const Vec2 film = place_on_film(scene.camera, i);
-    const CameraRay here = central_ray(scene.camera, film),
-                    beside = central_ray(scene.camera, {film.x, film.y + 1.0f});
+    const Vec2 raster = place_on_raster(scene.sensor, i);
+    const SensorRay here = central_ray(scene.sensor, raster),
+                    beside = central_ray(scene.sensor, {raster.x, raster.y + 1.0f});
     const Float t = Float::load(hits.t + i);
     const Float footprint =
         length(fma(beside.direction, t, beside.origin) - fma(here.direction, t, here.origin));

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "render/integrator/preview/clusters.h"
-#include "render/integrator/preview/projection.h"
+#include "render/sensor/projection.h"
 
 namespace tessera::render::TESSERA_ISA {
 

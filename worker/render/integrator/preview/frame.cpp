@@ -21,7 +21,7 @@ int reach_of(const PixelFilterRecord& filter) {
 
 PreviewFrame::PreviewFrame(const SceneTables& scene)
     : scene_(scene), clusters_(scene.shapes), lighting_(lighting_of(scene)) {
-  add_eye(scene.camera, reach_of(scene.filter), -1, nullptr, 0);
+  add_eye(scene.sensor, reach_of(scene.filter), -1, nullptr, 0);
   if (scene.preview.shadows != ShadowKind::kNone) add_shadow_maps();
   work_ = std::make_unique<SharedWork>(stages());
 }
@@ -31,17 +31,17 @@ void PreviewFrame::add_shadow_maps() {
   for (const Lamp& lamp : std::span(lighting_.lamps).first(count)) {
     ShadowMap& map = *shadows_.emplace_back(std::make_unique<ShadowMap>(scene_, lamp));
     for (std::size_t face = 0; face < map.faces(); ++face) {
-      add_eye(map.camera(face), 1, lamp.shape, &map, face);
+      add_eye(map.sensor(face), 1, lamp.shape, &map, face);
       for (int row = 0; row < eyes_.back().bins->rows(); ++row) rows_.emplace_back(eyes_.size() - 1, row);
     }
   }
 }
 
-void PreviewFrame::add_eye(const CameraRecord& camera, int reach, std::int32_t without, ShadowMap* map,
+void PreviewFrame::add_eye(const SensorRecord& sensor, int reach, std::int32_t without, ShadowMap* map,
                            std::size_t face) {
-  Eye eye{&camera, nullptr, {}, map, face};
+  Eye eye{&sensor, nullptr, {}, map, face};
   const float least = std::max(kNearest * scene_.lights.scene_radius, 1e-30f);
-  eye.bins = std::make_unique<Bins>(clusters_, scene_.shapes, projection_of(camera, least, reach));
+  eye.bins = std::make_unique<Bins>(clusters_, scene_.shapes, projection_of(sensor, least, reach));
   for (std::size_t i = 0; i < scene_.shapes.shapes.size(); ++i) {
     const MaterialRecord& material =
         scene_.materials.materials[static_cast<std::size_t>(scene_.shapes.shapes[i].material)];
@@ -71,7 +71,7 @@ std::vector<SharedWork::Stage> PreviewFrame::stages() {
 void PreviewFrame::draw_row(std::size_t piece, const RayQuery& rays) const {
   const auto [index, row] = rows_[piece];
   const Eye& eye = eyes_[index];
-  const View view{*eye.camera, *eye.bins, eye.seen};
+  const View view{*eye.sensor, *eye.bins, eye.seen};
   const auto raster = std::make_unique<Raster>(scene_, clusters_, rays);
   for (int column = 0; column < eye.bins->columns(); ++column) {
     raster->render(view, column, row);

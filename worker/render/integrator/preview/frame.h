@@ -31,13 +31,13 @@ class PreviewFrame final : public Prepared {
   const std::vector<std::unique_ptr<ShadowMap>>& shadows() const { return shadows_; }
   /// The camera's view, with samples at a place in their pixels.
   View view(std::int32_t sample_x, std::int32_t sample_y) const {
-    return {scene_.camera, *eyes_.front().bins, eyes_.front().seen, sample_x, sample_y};
+    return {scene_.sensor, *eyes_.front().bins, eyes_.front().seen, sample_x, sample_y};
   }
 
  private:
   /// The camera, or a face of a shadow map.
   struct Eye {
-    const CameraRecord* camera;
+    const SensorRecord* sensor;
     std::unique_ptr<Bins> bins;
     std::vector<std::uint8_t> seen;  // by shape
     ShadowMap* map;
@@ -45,7 +45,7 @@ class PreviewFrame final : public Prepared {
   };
 
   void add_shadow_maps();
-  void add_eye(const CameraRecord& camera, int reach, std::int32_t without, ShadowMap* map, std::size_t face);
+  void add_eye(const SensorRecord& sensor, int reach, std::int32_t without, ShadowMap* map, std::size_t face);
   std::vector<SharedWork::Stage> stages();
   void draw_row(std::size_t piece, const RayQuery& rays) const;
 

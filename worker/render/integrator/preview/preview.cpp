@@ -1,9 +1,9 @@
 #include "render/integrator/preview/preview.h"
 
-#include "render/camera/camera.h"
 #include "render/core/constants.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sampling/hash.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -101,8 +101,7 @@ void Preview::shade(int first) {
   v.time = Float(0.0f);
   v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, hit, scene_.any_tangents);
   found.t = distance_to(v.surface, path.origin, path.direction);
-  if (scene_.camera.far_clip > 0)
-    hit &= found.t <= visible_distance(scene_.camera, path.direction, Float(0.0f));
+  hit &= is_within_reach(scene_.sensor, path.direction, found.t, Float(0.0f));
   add_background(path, and_not(active, hit));
   if (none(hit)) return;
 

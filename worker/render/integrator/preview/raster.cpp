@@ -4,10 +4,10 @@
 #include <cmath>
 #include <limits>
 
-#include "render/camera/camera.h"
 #include "render/color/texture.h"
 #include "render/integrator/preview/clip.h"
 #include "render/integrator/vertex/passing.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -204,7 +204,7 @@ Mask Raster::solid(int pixel, std::int32_t primitive, Mask lanes) const {
       Float::iota(static_cast<float>(left_ + pixel % kBinSide)) +
           static_cast<float>(view_->sample_x) / kSubPixels,
       Float(static_cast<float>(top_ + pixel / kBinSide) + static_cast<float>(view_->sample_y) / kSubPixels)};
-  const CameraRay ray = sample_camera_ray(view_->camera, film, {Float(0.5f), Float(0.5f)}, Float(0.0f));
+  const SensorRay ray = start_ray(view_->sensor, middle_sample(film));
   const Hit hit{Float(0.0f), Float(0.0f), Float(0.0f), Int(primitive), Int(shape_), Int(instance_)};
   const Surface surface = surface_at(scene_.shapes, hit, ray.origin, ray.direction, lanes, false);
   const ShapeRecord& shape = scene_.shapes.shapes[static_cast<std::size_t>(shape_)];
@@ -255,7 +255,7 @@ void Raster::cast(int count) {
       return to_float(n + begin) + static_cast<float>(sample) / kSubPixels;
     };
     const Vec2 film{place(column, left_, view_->sample_x), place(row, top_, view_->sample_y)};
-    const CameraRay ray = sample_camera_ray(view_->camera, film, {Float(0.5f), Float(0.5f)}, Float(0.0f));
+    const SensorRay ray = start_ray(view_->sensor, middle_sample(film));
     store_lanes(ray.origin, origin_, i);
     store_lanes(ray.direction, direction_, i);
     Float(0.0f).store_unaligned(passed_ + i);

@@ -18,7 +18,7 @@ inline constexpr int kBinPixels = kBinSide * kBinSide;
 
 /// From where the scene is seen.
 struct View {
-  const CameraRecord& camera;  // that the bins were made for
+  const SensorRecord& sensor;  // that the bins were made for
   const Bins& bins;
   const std::vector<std::uint8_t>& seen;  // by shape: whether it is there at all
   // Places of samples in their pixels, in sub-pixels from the upper left corner.

@@ -60,7 +60,7 @@ ShadowMap::ShadowMap(const SceneTables& scene, const Lamp& lamp) : lamp_(lamp) {
     for (int c = 0; c < 3; ++c) place_[c] = scene.lights.scene_centre[c] - lamp.axis[c] * reach_;
     side_ = kOnlyFaceSide;
     add_face(kAlong, reach_);
-    faces_.back().camera.kind = CameraKind::kOrthographic;
+    faces_.back().sensor.kind = SensorKind::kOrthographic;
   } else if (lamp.cone <= kNarrow) {
     reach_ = std::tan(lamp.cone);
     side_ = kOnlyFaceSide;
@@ -83,16 +83,16 @@ void ShadowMap::add_face(int number, float half_tangent) {
   face.number = number;
   const int axis = number / 2;
   const float sign = number % 2 == 0 ? 1.0f : -1.0f;
-  float* const m = face.camera.render_from_camera.m;
+  float* const m = face.sensor.render_from_sensor.m;
   for (int c = 0; c < 3; ++c) {
     m[4 * c] = frame_[(axis + 1) % 3][c];
     m[4 * c + 1] = frame_[(axis + 2) % 3][c];
     m[4 * c + 2] = frame_[axis][c] * sign;
     m[4 * c + 3] = place_[c];
   }
-  face.camera.scale_x = face.camera.scale_y = 2 * half_tangent / static_cast<float>(side_);
-  face.camera.offset_x = face.camera.offset_y = -half_tangent;
-  face.camera.width = face.camera.height = side_;
+  face.sensor.scale_x = face.sensor.scale_y = 2 * half_tangent / static_cast<float>(side_);
+  face.sensor.offset_x = face.sensor.offset_y = -half_tangent;
+  face.sensor.width = face.sensor.height = side_;
 }
 
 void ShadowMap::put(std::size_t face, int column, int row, const float* nearness) {

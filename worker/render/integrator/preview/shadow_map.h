@@ -30,7 +30,7 @@ class ShadowMap {
 
   /// Views of the scene that its texels come from.
   std::size_t faces() const { return faces_.size(); }
-  const CameraRecord& camera(std::size_t face) const { return faces_[face].camera; }
+  const SensorRecord& sensor(std::size_t face) const { return faces_[face].sensor; }
   int side() const { return side_; }
   /// Takes over a bin of a face.
   void put(std::size_t face, int column, int row, const float* nearness);
@@ -41,7 +41,7 @@ class ShadowMap {
  private:
   struct Face {
     int number;  // axis * 2, and 1 more for the one against it
-    CameraRecord camera;
+    SensorRecord sensor;
   };
   /// A receiver in the map's own space: from the lamp, in its frame.
   struct Local {

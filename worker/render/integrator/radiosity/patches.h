@@ -7,7 +7,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/light/vec64.h"
+#include "render/core/vec64.h"
 #include "render/shape/shape_table.h"
 #include "wire/phases/patch_name.h"
 

@@ -53,7 +53,7 @@ void Radiosity::meet(int depth) {
   {
     const StageTimer timer(stats_.times, Stage::kIntersection);
     rays_.nearest(arrays_of(paths_.origin, paths_.direction, nullptr), alive_, depth == 0, hits_.arrays());
-    if (depth == 0) clip_far(scene_, paths_, alive_, hits_);
+    if (depth == 0) miss_unseen(scene_, paths_, alive_, hits_);
   }
   const bool gather = scene_.radiosity.final_gather;
   int kept = 0;

@@ -2,8 +2,8 @@
 
 #include <bit>
 
-#include "render/camera/camera.h"
 #include "render/film/summable.h"
+#include "render/sensor/sensor.h"
 #include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -46,7 +46,7 @@ void FirstHits::record(const Vertex& v, Int slot, Mask hit) {
   const Mask on_surface = and_not(hit, v.in_medium);
   if (scene_.aovs.camera_normal) {
     const Float time = scene_.any_motion ? v.time : Float(0.0f);
-    scatter_lanes(normal_in_camera(scene_.camera, face_forward(v.at.frame.z, v.wo), time), camera_normal_,
+    scatter_lanes(normal_in_sensor(scene_.sensor, face_forward(v.at.frame.z, v.wo), time), camera_normal_,
                   slot, on_surface);
   }
   if (scene_.aovs.uv) {
@@ -89,11 +89,11 @@ void FirstHits::record_motion(const Hit& found, Int slot, Mask hit) {
   open = {Float::load(places[0][0]), Float::load(places[0][1]), Float::load(places[0][2])};
   closed = {Float::load(places[1][0]), Float::load(places[1][1]), Float::load(places[1][2])};
   const Vec2 middle{Float(0.5f), Float(0.5f)};
-  const CameraConnection from = connect_to_camera(scene_.camera, open, middle, Float(0.0f), hit);
-  const CameraConnection to = connect_to_camera(scene_.camera, closed, middle, Float(1.0f), hit);
+  const SensorConnection from = connect_to_sensor(scene_.sensor, open, middle, Float(0.0f), hit);
+  const SensorConnection to = connect_to_sensor(scene_.sensor, closed, middle, Float(1.0f), hit);
   const Mask seen = hit & from.valid & to.valid;
-  scatter(to.film.x - from.film.x, motion_u_, slot, seen);
-  scatter(to.film.y - from.film.y, motion_v_, slot, seen);
+  scatter(to.raster.x - from.raster.x, motion_u_, slot, seen);
+  scatter(to.raster.y - from.raster.y, motion_v_, slot, seen);
 }
 
 float* FirstHits::put(int slot, Float weight, Mask covered, float* to, std::size_t stride) const {

@@ -2,25 +2,24 @@
 
 #include <algorithm>
 
-#include "render/camera/camera.h"
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/passing.h"
 #include "render/light/light_access.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-WideConnection way_from_camera(const SceneTables& scene, Vec3 point, Float time, Int slot) {
-  const CameraRecord& camera = scene.camera;
-  const Vec2 centre{Float(0.5f * static_cast<float>(camera.width)),
-                    Float(0.5f * static_cast<float>(camera.height))};
+WideConnection way_from_sensor(const SceneTables& scene, Vec3 point, Float time, Int slot) {
+  SensorSample middle = middle_sample(middle_of_raster(scene.sensor));
+  middle.time = time;
   WideConnection way{};
-  way.origin = sample_camera_ray(camera, centre, {Float(0.5f), Float(0.5f)}, time).origin;
+  way.origin = start_ray(scene.sensor, middle).origin;
   const Vec3 to = point - way.origin;
   way.distance = length(to);
   way.direction = to * (1.0f / max(way.distance, 1e-30f));
   way.slot = slot;
   way.time = time;
-  way.medium = Int(camera.medium);
+  way.medium = Int(scene.sensor.medium);
   return way;
 }
 

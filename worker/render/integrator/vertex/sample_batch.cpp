@@ -4,7 +4,6 @@
 #include <bit>
 #include <string>
 
-#include "render/camera/camera.h"
 #include "render/film/filter_sample.h"
 #include "render/film/summable.h"
 #include "render/integrator/fireflies.h"
@@ -12,17 +11,20 @@
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/sampling/sample_key.h"
+#include "render/sensor/respond.h"
+#include "render/sensor/sensor.h"
 #include "render/shape/place.h"
 #include "wire/halves.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, HitState& hits) {
-  if (!(scene.camera.far_clip > 0)) return;
+void miss_unseen(const SceneTables& scene, const PathState& sensor_rays, int n, HitState& hits) {
+  if (!misses_some_hits(scene.sensor)) return;
   for (int i = 0; i < n; i += kWidth) {
-    const WidePath path = load(scene, camera_rays, i);
+    const WidePath path = load(scene, sensor_rays, i);
     const Float time = scene.any_motion ? path.time : Float(0.0f);
-    const Mask seen = Float::load(hits.t + i) <= visible_distance(scene.camera, path.direction, time);
+    const Mask reached = is_within_reach(scene.sensor, path.direction, Float::load(hits.t + i), time);
+    const Mask seen = and_not(reached, is_black(path.beta));
     select(seen, Int::load(hits.shape + i), Int(-1)).store(hits.shape + i);
   }
 }
@@ -69,45 +71,45 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     key.pixel = Sampler::stream_hash(key.pixel, stream);
     const Sampler sampler(scene_.sampler.kind, key.pixel, key.reversed_sample);
 
-    // Where on the film, and where on the lens.
-    Vec2 film{to_float(bit_cast<std::int32_t>(px)), to_float(bit_cast<std::int32_t>(py))};
+    // Where on the raster, and where on the lens.
+    Vec2 raster{to_float(bit_cast<std::int32_t>(px)), to_float(bit_cast<std::int32_t>(py))};
     Vec2 lens{Float(0.5f), Float(0.5f)};
     Float time(0.0f), weight;
     if (places == SamplePlaces::kRandom) {
       if (common != nullptr) {
         const Int number = name.c[2] - static_cast<std::int32_t>(common->first);
         const Mask named = Mask::first(size_ - slot);
-        film = {film.x + gather(common->x, number, named), film.y + gather(common->y, number, named)};
+        raster = {raster.x + gather(common->x, number, named), raster.y + gather(common->y, number, named)};
         weight = Float(1.0f);
       } else {
         const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
-        film = {film.x + 0.5f + filter.offset.x, film.y + 0.5f + filter.offset.y};
+        raster = {raster.x + 0.5f + filter.offset.x, raster.y + 0.5f + filter.offset.y};
         weight = filter.weight;
       }
-      if (scene_.camera.lens_radius > 0) lens = sampler.get_2d(dimension::kLens);
+      if (has_lens(scene_.sensor)) lens = sampler.get_2d(dimension::kLens);
       if (scene_.any_motion)
         // Neighbours share light of one time.
         time =
             shared_time ? Float(*shared_time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
-      film = {fma(to_float(place.x), 1.0f / kPlaceSteps, film.x),
-              fma(to_float(place.y), 1.0f / kPlaceSteps, film.y)};
+      raster = {fma(to_float(place.x), 1.0f / kPlaceSteps, raster.x),
+                fma(to_float(place.y), 1.0f / kPlaceSteps, raster.y)};
       weight = place.weight;
     }
-    const CameraRay ray = sample_camera_ray(scene_.camera, film, lens, time);
+    const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
 
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
     const WidePath path{.origin = ray.origin,
                         .direction = ray.direction,
-                        .beta = Spectrum(1.0f),
+                        .beta = Spectrum(ray.weight),
                         .pdf = Float(0.0f),
                         .roulette_scale = Float(1.0f),
                         .slot = Int::iota(slot),
                         .normal = zero,
                         .time = time,
                         .reference = ray.origin,
-                        .medium = Int(scene_.camera.medium),
+                        .medium = Int(scene_.sensor.medium),
                         .layer_state = state_at_eye(scene_)};
     store(scene_, path, paths, slot);
     key.pixel.store(keys_.pixel_hash + slot);
@@ -136,12 +138,12 @@ void SampleBatch::miss_unsampled(HitState& hits) const {
   }
 }
 
-void SampleBatch::count_visits(const PathState& camera_rays) {
+void SampleBatch::count_visits(const PathState& sensor_rays) {
   HitState hits;
   HitArrays arrays = hits.arrays();
   arrays.visited_nodes = visited_nodes_, arrays.visited_primitives = visited_primitives_;
   rays_.nearest(
-      arrays_of(camera_rays.origin, camera_rays.direction, scene_.any_motion ? camera_rays.time : nullptr),
+      arrays_of(sensor_rays.origin, sensor_rays.direction, scene_.any_motion ? sensor_rays.time : nullptr),
       size_, true, arrays);
 }
 
@@ -265,7 +267,8 @@ void SampleBatch::record_ids(const Hit& found, Int slot, Mask hit) {
 Mask SampleBatch::bad_samples(int i) const {
   const Spectrum light = radiance(i);
   Mask summable = Mask::all();
-  for (int c = 0; c < kSpectrumLanes; ++c) summable &= is_summable(light.c[c] * scene_.exposure);
+  for (int c = 0; c < kSpectrumLanes; ++c)
+    summable &= is_summable(exposed(scene_.sensor.response, light.c[c]));
   return and_not(Mask::first(size_ - i), summable);
 }
 
@@ -300,9 +303,9 @@ void SampleBatch::drop_bad_samples() {
 /// The last of the planes, which are filled plane by plane: many are empty, batch by batch. Leaves the layers
 /// black for the next batch, while they are in the cache.
 void SampleBatch::fill_layers(std::size_t stride) {
-  float* plane = planes_.data() + planes_.size() - kBands * layers_.size() * stride;
+  float* plane = planes_.data() + planes_.size() - kResponseChannels * layers_.size() * stride;
   for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
-    for (int band = 0; band < kBands; ++band, plane += stride) {
+    for (int channel = 0; channel < kResponseChannels; ++channel, plane += stride) {
       if (!is_touched(layer)) {
         std::fill_n(plane, stride, 0.0f);
         continue;
@@ -310,8 +313,8 @@ void SampleBatch::fill_layers(std::size_t stride) {
       for (int i = 0; i < size_; i += kWidth) {
         // Light that is part of what is summable.
         const Float light =
-            band_mean(band, [&](int lane) { return Float::load(layers_[layer].c[lane] + i); });
-        (light * scene_.exposure * Float::load(filter_weight_ + i)).store_unaligned(plane + i);
+            channel_of(channel, [&](int lane) { return Float::load(layers_[layer].c[lane] + i); });
+        (exposed(scene_.sensor.response, light) * Float::load(filter_weight_ + i)).store_unaligned(plane + i);
       }
     }
     if (is_touched(layer)) {
@@ -336,9 +339,9 @@ std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
   const std::size_t features = (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0);
-  planes_.resize((4 + features + (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) +
-                  (first_hits_ ? first_hits_->planes() : 0) + (aovs.halves ? kBands + features : 0) +
-                  kBands * layers_.size()) *
+  planes_.resize((kResponseChannels + 1 + features + (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) +
+                  (first_hits_ ? first_hits_->planes() : 0) +
+                  (aovs.halves ? kResponseChannels + features : 0) + kResponseChannels * layers_.size()) *
                  stride);
   for (int i = 0; i < size_; i += kWidth) {
     Float weight = Float::load(filter_weight_ + i);
@@ -348,15 +351,15 @@ std::size_t SampleBatch::fill_planes() {
       to += stride;
     };
     const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
-    const auto put_bands = [&](const SpectrumLanes& lanes, auto&& put_one) {
-      for (int band = 0; band < kBands; ++band)
-        put_one(band_mean(band, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
+    const auto put_channels = [&](const SpectrumLanes& lanes, auto&& put_one) {
+      for (int channel = 0; channel < kResponseChannels; ++channel)
+        put_one(channel_of(channel, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
     };
     const auto put_radiance = [&] {
-      put_bands(radiance_, [&](Float value) { put(value * scene_.exposure); });
+      put_channels(radiance_, [&](Float value) { put(exposed(scene_.sensor.response, value)); });
     };
     const auto put_features = [&] {
-      if (aovs.albedo) put_bands(albedo_, put_summable);
+      if (aovs.albedo) put_channels(albedo_, put_summable);
       if (aovs.normal) {
         for (const auto& component : {normal_.x, normal_.y, normal_.z})
           put_summable(Float::load(component + i));

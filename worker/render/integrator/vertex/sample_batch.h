@@ -19,8 +19,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Misses in place of the hits of camera rays that are beyond the camera's far plane, where it has one.
-void clip_far(const SceneTables& scene, const PathState& camera_rays, int n, HitState& hits);
+/// Misses in place of those hits of rays from the sensor that it does not see: beyond its far plane, or of
+/// rays that have never left it.
+void miss_unseen(const SceneTables& scene, const PathState& sensor_rays, int n, HitState& hits);
 
 /// Where samples lie in their pixels.
 enum class SamplePlaces {
@@ -119,7 +120,7 @@ class SampleBatch {
   void record_ids(const Hit& found, Int slot, Mask hit);
   void name_next(SampleSource& source, int most);
   /// Counts what the camera rays visit, by a search of their own: all algorithms have it alike.
-  void count_visits(const PathState& camera_rays);
+  void count_visits(const PathState& sensor_rays);
   /// Returns those of 16 samples from sample i on whose radiance cannot be summed.
   Mask bad_samples(int i) const;
   void drop_bad_samples();

@@ -1,4 +1,4 @@
-#include "render/camera/footprint.h"
+#include "render/sensor/footprint.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -14,13 +14,13 @@ Float tame(Float x) { return clamp(select_or_zero(x == x, x), -kLargest, kLarges
 
 }  // namespace
 
-void set_footprint(const FootprintRecord& camera, Vec3 n, Vec3 dpdu, Vec3 dpdv, TexturePoint& at) {
-  const Vec3 x = broadcast(camera.x), y = broadcast(camera.y), z = broadcast(camera.z);
-  // Two vectors at right angles to the ray: the camera's axes turned with its own to the ray.
+void set_footprint(const FootprintRecord& sensor, Vec3 n, Vec3 dpdu, Vec3 dpdv, TexturePoint& at) {
+  const Vec3 x = broadcast(sensor.x), y = broadcast(sensor.y), z = broadcast(sensor.z);
+  // Two vectors at right angles to the ray: the sensor's axes turned with its own to the ray.
   Vec3 direction = z, across_x = x, across_y = y;
   Float size(1.0f);
-  if (!camera.parallel) {
-    const Vec3 way = at.p - broadcast(camera.place);
+  if (!sensor.parallel) {
+    const Vec3 way = at.p - broadcast(sensor.place);
     const Float distance = length(way);
     direction = way * (1.0f / max(distance, 1e-30f));
     const Float forward = dot(direction, z), sign = select(forward < 0.0f, Float(-1.0f), Float(1.0f));
@@ -30,7 +30,7 @@ void set_footprint(const FootprintRecord& camera, Vec3 n, Vec3 dpdu, Vec3 dpdv, 
     across_y = y - between * (dot(direction, y) * part);
     // A pixel of a flat film takes up less of the sphere the farther it is from the axis, by the cube of the
     // cosine.
-    const Float cosine = max(forward, Float(camera.least_cosine));
+    const Float cosine = max(forward, Float(sensor.least_cosine));
     size = distance * cosine * sqrt(cosine);
   }
   // Along the ray to the surface's plane.
@@ -40,8 +40,8 @@ void set_footprint(const FootprintRecord& camera, Vec3 n, Vec3 dpdu, Vec3 dpdv, 
     const Vec3 step = across * (size * spread);
     return step - direction * (dot(n, step) * slope);
   };
-  at.dpdx = project(across_x, camera.spread_x);
-  at.dpdy = project(across_y, camera.spread_y);
+  at.dpdx = project(across_x, sensor.spread_x);
+  at.dpdy = project(across_y, sensor.spread_y);
   // Least squares: the step in u and v that comes closest to a step in space [pbrt-v4].
   const Float uu = length_squared(dpdu), uv = dot(dpdu, dpdv), vv = length_squared(dpdv);
   Float inverse = 1.0f / difference_of_products(uu, vv, uv, uv);

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "render/build/view/camera.h"
+#include "render/build/view/sensor.h"
 #include "render/build/view/view.h"
 #include "unit/render/build/builder_inputs.h"
 
@@ -15,15 +15,15 @@ using testing::HasSubstr;
 
 constexpr FilmSize kFilm{200, 100};
 
-absl::StatusOr<CameraRecord> camera_of(const std::string& camera,
+absl::StatusOr<SensorRecord> sensor_of(const std::string& camera,
                                        const wire::AlgorithmTraits& algorithm = kSurfacesAlone,
                                        FilmSize film = kFilm) {
-  return build_camera(message<v1::Camera>(camera), film, render_space_about({10, 20, 30}), algorithm);
+  return build_sensor(message<v1::Camera>(camera), film, render_space_about({10, 20, 30}), algorithm);
 }
 
 std::string refusal(const std::string& camera, const wire::AlgorithmTraits& algorithm = kSurfacesAlone,
                     FilmSize film = kFilm) {
-  return std::string(camera_of(camera, algorithm, film).status().message());
+  return std::string(sensor_of(camera, algorithm, film).status().message());
 }
 
 TEST(RenderOrigin, IsTheScenesElseTheCamerasPlace) {
@@ -42,38 +42,39 @@ TEST(RenderOrigin, IsTheScenesElseTheCamerasPlace) {
               HasSubstr("camera: a matrix has 1 elements instead of 16"));
 }
 
-TEST(BuildCamera, StandsRelativeToRenderSpaceAndSpansItsFieldOfView) {
-  const auto camera = camera_of(R"(perspective { fov_degrees: 90 lens_radius: 0.5 focal_distance: 3 }
+TEST(BuildSensor, StandsRelativeToRenderSpaceAndSpansItsFieldOfView) {
+  const auto camera = sensor_of(R"(perspective { fov_degrees: 90 lens_radius: 0.5 focal_distance: 3 }
                                    world_from_camera { elements: [1,0,0,11, 0,1,0,22, 0,0,1,33, 0,0,0,1] })");
   ASSERT_TRUE(camera.ok()) << camera.status();
-  EXPECT_EQ(camera->render_from_camera.m[3], 1);
-  EXPECT_EQ(camera->render_from_camera.m[7], 2);
-  EXPECT_EQ(camera->render_from_camera.m[11], 3);
+  EXPECT_EQ(camera->render_from_sensor.m[3], 1);
+  EXPECT_EQ(camera->render_from_sensor.m[7], 2);
+  EXPECT_EQ(camera->render_from_sensor.m[11], 3);
   // tan(45 degrees) across the shorter side, twice that across the longer; a rounding of a float each.
   EXPECT_FLOAT_EQ(camera->scale_x, 4.0f / 200);
   EXPECT_FLOAT_EQ(camera->scale_y, -2.0f / 100);
   EXPECT_FLOAT_EQ(camera->offset_x, -2);
   EXPECT_FLOAT_EQ(camera->offset_y, 1);
+  EXPECT_EQ(camera->kind, SensorKind::kThinLens);
   EXPECT_EQ(camera->lens_radius, 0.5f);
   EXPECT_TRUE(camera->steps.empty());
 }
 
-TEST(BuildCamera, HasStepsWhereItMoves) {
+TEST(BuildSensor, HasStepsWhereItMoves) {
   const std::string still =
       "orthographic {} world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }";
   const auto moving =
-      camera_of(still + "world_from_camera_end { elements: [1,0,0,5, 0,1,0,0, 0,0,1,0, 0,0,0,1] }");
+      sensor_of(still + "world_from_camera_end { elements: [1,0,0,5, 0,1,0,0, 0,0,1,0, 0,0,0,1] }");
   ASSERT_TRUE(moving.ok()) << moving.status();
   ASSERT_EQ(moving->steps.size(), 2u);  // a straight line
   EXPECT_EQ(moving->steps[0].m[3], -10);
   EXPECT_EQ(moving->steps[1].m[3], -5);
   const auto held =
-      camera_of(still + "world_from_camera_end { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }");
+      sensor_of(still + "world_from_camera_end { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }");
   ASSERT_TRUE(held.ok());
   EXPECT_TRUE(held->steps.empty());
 }
 
-TEST(BuildCamera, NamesWhatIsAtFault) {
+TEST(BuildSensor, NamesWhatIsAtFault) {
   EXPECT_THAT(refusal(""), HasSubstr("camera: there is none"));
   EXPECT_THAT(refusal("perspective { fov_degrees: 180 }"), HasSubstr("180 degrees is not in (0, 180)"));
   EXPECT_THAT(refusal("perspective { fov_degrees: 40 lens_radius: 1 }"), HasSubstr("camera: a lens needs"));
@@ -87,12 +88,12 @@ TEST(BuildCamera, NamesWhatIsAtFault) {
       HasSubstr("camera: its motion turns it inside out"));
 }
 
-TEST(BuildCamera, HoldsTheAlgorithmToIt) {
-  EXPECT_EQ(camera_of("spherical {}").status(), absl::OkStatus());
+TEST(BuildSensor, HoldsTheAlgorithmToIt) {
+  EXPECT_EQ(sensor_of("spherical {}").status(), absl::OkStatus());
   EXPECT_THAT(refusal("spherical {}", kFromLights),
               HasSubstr("'from lights' needs a perspective or orthographic"));
   constexpr FilmSize kHuge{1 << 16, 1 << 15};
-  EXPECT_EQ(camera_of("orthographic {}", kSurfacesAlone, kHuge).status(), absl::OkStatus());
+  EXPECT_EQ(sensor_of("orthographic {}", kSurfacesAlone, kHuge).status(), absl::OkStatus());
   EXPECT_THAT(refusal("orthographic {}", kFromLights, kHuge), HasSubstr("all pixels of the film at once"));
 }
 
@@ -110,14 +111,14 @@ TEST(BuildFilter, HasTheUsualRadiusUnlessItIsGiven) {
 TEST(SetView, LeavesTheCamerasMediumToTheContent) {
   SceneArrays arrays;
   SceneTables tables(arrays);
-  tables.camera.medium = 3;
+  tables.sensor.medium = 3;
   const auto job = message<v1::JobSpec>("view { width: 8 height: 4 seed: 5 max_depth: 2 }");
   const auto scene = message<v1::Scene>("camera { orthographic {} } film { exposure: 2 }");
   ASSERT_EQ(set_view(scene, job, read_settings(job), render_space_about({0, 0, 0}), tables),
             absl::OkStatus());
-  EXPECT_EQ(tables.camera.medium, 3);
-  EXPECT_EQ(tables.camera.width, 8);
-  EXPECT_EQ(tables.exposure, 2);
+  EXPECT_EQ(tables.sensor.medium, 3);
+  EXPECT_EQ(tables.sensor.width, 8);
+  EXPECT_EQ(tables.sensor.response.exposure, 2);
   EXPECT_EQ(tables.sampler.seed, 5u);
   EXPECT_EQ(tables.max_depth, 2);
   const auto dark = message<v1::Scene>("camera { orthographic {} } film { exposure: nan }");

@@ -3,16 +3,16 @@
 
 #include <vector>
 
-#include "render/camera/camera.h"
 #include "render/integrator/integrator.h"
 #include "render/integrator/vertex/transit.h"
 #include "render/integrator/vertex/vertex.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 /// Sixteen vertices and the camera.
-struct CameraJoin {
-  CameraConnection eye;
+struct SensorJoin {
+  SensorConnection eye;
   Vec3 w;                      // unit, towards the lens
   BsdfEval back;               // of what scatters there: value, and density of going back to the light
   Spectrum value;              // of the splat, were nothing in between
@@ -22,22 +22,22 @@ struct CameraJoin {
 };
 
 /// `beta` is what the path carries to the vertex.
-CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
+SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
                        const FilmRect& rect, Mask wanted);
 
 /// The ray of such a join, with what it carries. Lanes of `shines` whose light cannot be summed, or that have
 /// none, are taken from it.
-WideConnection ray_of(const SceneTables& scene, const Vertex& v, const CameraJoin& join, Mask& shines);
+WideConnection ray_of(const SceneTables& scene, const Vertex& v, const SensorJoin& join, Mask& shines);
 
 /// Joins that wait to be traced.
-class CameraJoins {
+class SensorJoins {
  public:
-  explicit CameraJoins(const IntegratorContext& context)
+  explicit SensorJoins(const IntegratorContext& context)
       : scene_(context.scene), rays_(context.rays), stats_(context.stats), transit_(context) {}
 
   /// Adds joins, no more than a batch has paths before they are traced. `key` is that of random numbers on
   /// the way, in volumetric scenes.
-  void add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines);
+  void add(const Vertex& v, const SensorJoin& join, UInt key, Mask shines);
   void trace(Film& film);
 
  private:

@@ -2,8 +2,8 @@
 // do: a face of a shadow map is a film too.
 #pragma once
 
-#include "render/camera/camera_record.h"
 #include "render/core/affine_data.h"
+#include "render/sensor/sensor_record.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -19,7 +19,7 @@ struct Projection {
 
 /// The projection of a pinhole or orthographic camera as it stands when the shutter opens. `least_depth`,
 /// above 0, is for perspective ones that clip nothing themselves.
-Projection projection_of(const CameraRecord& camera, float least_depth, int reach);
+Projection projection_of(const SensorRecord& sensor, float least_depth, int reach);
 
 /// A projection in single precision, from another space than render space and to another film.
 struct Rows {

@@ -3,8 +3,8 @@
 
 #include "absl/status/statusor.h"
 #include "render/build/placement/render_space.h"
-#include "render/camera/camera_record.h"
 #include "render/film/sample_source.h"
+#include "render/sensor/sensor_record.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
 
@@ -12,7 +12,7 @@ namespace tessera::render {
 
 /// The medium that the camera stands in is left to the caller. InvalidArgument names what is at fault, also
 /// where `algorithm` cannot work with the camera or the film.
-absl::StatusOr<CameraRecord> build_camera(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
+absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
                                           const wire::AlgorithmTraits& algorithm);
 
 }  // namespace tessera::render

@@ -1,8 +1,9 @@
-#include "render/integrator/vertex/camera_joins.h"
+#include "render/integrator/vertex/sensor_joins.h"
 
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
 #include "render/integrator/vertex/light_start.h"
+#include "render/sensor/respond.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -17,11 +18,11 @@ Mask lands(const SceneTables& scene, Vec2 film, const FilmRect& rect) {
 
 }  // namespace
 
-CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
+SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
                        const FilmRect& rect, Mask wanted) {
-  CameraJoin join;
-  join.eye = connect_to_camera(scene.camera, v.surface.p, u_lens, v.time, wanted);
-  join.seen = wanted & join.eye.valid & lands(scene, join.eye.film, rect);
+  SensorJoin join;
+  join.eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, wanted);
+  join.seen = wanted & join.eye.valid & lands(scene, join.eye.raster, rect);
   if (none(join.seen)) return join;
   const Vec3 to_eye = join.eye.lens - v.surface.p;
   const Float distance = length(to_eye);
@@ -31,34 +32,34 @@ CameraJoin camera_join(const SceneTables& scene, const Vertex& v, Spectrum beta,
   join.back = eval_scattering(scene, v, join.w, v.wo, join.seen);
   const Float geometry =
       join.eye.importance * abs(dot(join.w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
-  join.value = beta * join.back.f_cos * (select(v.in_medium, join.eye.importance, geometry) * scene.exposure);
+  join.value = beta * join.back.f_cos *
+               (select(v.in_medium, join.eye.importance, geometry) * scene.sensor.response.exposure);
   return join;
 }
 
-WideConnection ray_of(const SceneTables& scene, const Vertex& v, const CameraJoin& join, Mask& shines) {
+WideConnection ray_of(const SceneTables& scene, const Vertex& v, const SensorJoin& join, Mask& shines) {
   shines = and_not(shines, is_black(join.value));
   for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(join.value.c[c]);
   WideConnection ray = connect(scene, v, join.w, join.eye.lens, shines);
   // Things before the near plane are not seen, and block nothing.
-  const float near_clip = scene.camera.near_clip;
-  if (near_clip > 0) ray.distance = ray.distance * (1.0f - near_clip / max(join.eye.depth, 1e-30f));
+  ray.distance = ray.distance * join.eye.open_part;
   ray.contribution = join.value;
   return ray;
 }
 
-void CameraJoins::add(const Vertex& v, const CameraJoin& join, UInt key, Mask shines) {
+void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, Mask shines) {
   WideConnection ray = ray_of(scene_, v, join, shines);
   ray.key = bit_cast<std::int32_t>(key);
   ray.layers = join.layers;
   ray.inverse_weight = join.inverse_weight;
   const int at = connections_.size;
-  compress_store(join.eye.film.x, shines, film_x_ + at);
-  compress_store(join.eye.film.y, shines, film_y_ + at);
+  compress_store(join.eye.raster.x, shines, film_x_ + at);
+  compress_store(join.eye.raster.y, shines, film_y_ + at);
   connections_.size += append(scene_, ray, shines, connections_, at);
   for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;
 }
 
-void CameraJoins::trace(Film& film) {
+void SensorJoins::trace(Film& film) {
   const StageTimer timer(stats_.times, Stage::kShadow);
   splats_.clear();
   if (scene_.volumetric) {
@@ -88,10 +89,11 @@ void CameraJoins::trace(Film& film) {
   film.splat(splats_);
 }
 
-void CameraJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers,
+void SensorJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers,
                         float inverse_weight) {
-  const auto band = [&](int number) { return band_mean(number, [&](int lane) { return light[lane]; }); };
-  Splat splat{film_x_[place], film_y_[place], {band(0), band(1), band(2)}};
+  Splat splat{film_x_[place], film_y_[place], {}};
+  for (int channel = 0; channel < kResponseChannels; ++channel)
+    splat.value[channel] = channel_of(channel, [&](int lane) { return light[lane]; });
   splat.layers = static_cast<std::uint32_t>(layers & ~scene_.layers.unweighted);
   splats_.push_back(splat);
   const std::int32_t apart = layers & scene_.layers.unweighted;

@@ -1,8 +1,8 @@
-#include "render/integrator/preview/projection.h"
+#include "render/sensor/projection.h"
 
 #include <algorithm>
 
-#include "render/light/vec64.h"
+#include "render/core/vec64.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -19,8 +19,8 @@ void inverse_row(const vec64::Vec& x, const vec64::Vec& y, const vec64::Vec& z, 
 
 }  // namespace
 
-Projection projection_of(const CameraRecord& camera, float least_depth, int reach) {
-  const float* const m = camera.steps.empty() ? camera.render_from_camera.m : camera.steps.front().m;
+Projection projection_of(const SensorRecord& sensor, float least_depth, int reach) {
+  const float* const m = sensor.steps.empty() ? sensor.render_from_sensor.m : sensor.steps.front().m;
   const auto column = [&](int c) { return vec64::Vec{m[c], m[4 + c], m[8 + c]}; };
   const vec64::Vec right = column(0), up = column(1), forward = column(2), place = column(3);
   double x[4], y[4], z[4];
@@ -29,19 +29,19 @@ Projection projection_of(const CameraRecord& camera, float least_depth, int reac
   inverse_row(forward, right, up, place, z);
 
   Projection result;
-  result.perspective = camera.kind == CameraKind::kPerspective;
+  result.perspective = sensor.kind == SensorKind::kPinhole || sensor.kind == SensorKind::kThinLens;
   const double unit_of_depth = vec64::length(forward);
   for (int i = 0; i < 4; ++i) {
     // film = (place - offset) / scale, with place = (x / z, y / z) or (x, y).
     const double one = result.perspective ? z[i] : i == 3 ? 1 : 0;
     const double scale = result.perspective ? unit_of_depth : 1;
-    result.film_x[i] = (x[i] - camera.offset_x * one) / camera.scale_x * scale;
-    result.film_y[i] = (y[i] - camera.offset_y * one) / camera.scale_y * scale;
+    result.film_x[i] = (x[i] - sensor.offset_x * one) / sensor.scale_x * scale;
+    result.film_y[i] = (y[i] - sensor.offset_y * one) / sensor.scale_y * scale;
     result.depth[i] = z[i] * unit_of_depth;
   }
-  result.nearest = result.perspective ? std::max(camera.near_clip, least_depth) : camera.near_clip;
-  result.width = camera.width;
-  result.height = camera.height;
+  result.nearest = result.perspective ? std::max(sensor.near_clip, least_depth) : sensor.near_clip;
+  result.width = sensor.width;
+  result.height = sensor.height;
   result.reach = reach;
   return result;
 }

@@ -1,4 +1,4 @@
-#include "render/build/view/footprint.h"
+#include "render/sensor/footprint_record.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,37 +18,41 @@ double axis_of(const Affine& map, int column, float (&unit)[3]) {
 
 }  // namespace
 
-FootprintRecord footprint_of(const CameraRecord& camera, double part) {
+FootprintRecord footprint_of(const SensorRecord& sensor, double part) {
   FootprintRecord record;
   record.on = part > 0;
   if (!record.on) return record;
   const Affine& pose =
-      camera.steps.empty() ? camera.render_from_camera : camera.steps[camera.steps.size() / 2];
+      sensor.steps.empty() ? sensor.render_from_sensor : sensor.steps[sensor.steps.size() / 2];
   const double right = axis_of(pose, 0, record.x), up = axis_of(pose, 1, record.y),
                forward = axis_of(pose, 2, record.z);
   for (int i = 0; i < 3; ++i) record.place[i] = pose.m[4 * i + 3];
-  double spread_x = std::abs(double{camera.scale_x}), spread_y = std::abs(double{camera.scale_y});
-  switch (camera.kind) {
-    case CameraKind::kPerspective: {
+  double spread_x = std::abs(double{sensor.scale_x}), spread_y = std::abs(double{sensor.scale_y});
+  switch (sensor.kind) {
+    case SensorKind::kPinhole:
+    case SensorKind::kThinLens: {
       spread_x *= right / forward, spread_y *= up / forward;
       const auto farthest = [](double scale, double offset, double size) {
         return std::max(std::abs(offset), std::abs(offset + scale * size));
       };
-      const double corner = std::hypot(farthest(camera.scale_x, camera.offset_x, camera.width),
-                                       farthest(camera.scale_y, camera.offset_y, camera.height));
+      const double corner = std::hypot(farthest(sensor.scale_x, sensor.offset_x, sensor.width),
+                                       farthest(sensor.scale_y, sensor.offset_y, sensor.height));
       record.least_cosine = static_cast<float>(1 / std::hypot(1.0, corner));
       break;
     }
-    case CameraKind::kOrthographic:
+    case SensorKind::kOrthographic:
+    case SensorKind::kOrthographicLens:
       record.parallel = true;
       spread_x *= right, spread_y *= up;
       break;
-    case CameraKind::kEquirectangular:
+    case SensorKind::kEquirectangular:
       spread_x *= 2 * std::numbers::pi, spread_y *= std::numbers::pi;
       break;
-    case CameraKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
+    case SensorKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
       spread_x *= 2 * std::sqrt(std::numbers::pi), spread_y *= 2 * std::sqrt(std::numbers::pi);
       break;
+    default:  // a model from outside says nothing of its pixels
+      return {};
   }
   record.spread_x = static_cast<float>(part * spread_x);
   record.spread_y = static_cast<float>(part * spread_y);

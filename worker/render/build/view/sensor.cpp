@@ -1,4 +1,4 @@
-#include "render/build/view/camera.h"
+#include "render/build/view/sensor.h"
 
 #include <cmath>
 
@@ -11,7 +11,7 @@ namespace tessera::render {
 namespace {
 
 absl::Status set_camera_motion(const v1::Camera& camera, const Transform& start, const RenderSpace& space,
-                               CameraRecord& record) {
+                               SensorRecord& record) {
   const auto end = Transform::from_proto(camera.world_from_camera_end());
   if (!end.ok()) return end.status();
   const auto motion = Motion::between(start, *end);
@@ -23,7 +23,7 @@ absl::Status set_camera_motion(const v1::Camera& camera, const Transform& start,
 
 /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera
 /// space.
-absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_side, CameraRecord& record) {
+absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_side, SensorRecord& record) {
   const double width = film.width, height = film.height;
   double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
   if (camera.screen_window_size() == 4) {
@@ -49,9 +49,10 @@ absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_sid
   return absl::OkStatus();
 }
 
-absl::Status set_lens(float radius, float focal_distance, CameraRecord& record) {
+absl::Status set_lens(float radius, float focal_distance, SensorRecord& record) {
   record.lens_radius = radius;
   record.focal_distance = focal_distance;
+  if (radius > 0) record.kind = with_lens(record.kind);
   if (!(radius >= 0) || !std::isfinite(radius) ||
       (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance)))) {
     return absl::InvalidArgumentError("camera: a lens needs a finite radius and a focal distance above 0");
@@ -74,7 +75,7 @@ absl::Status check_for_algorithm(const v1::Camera& camera, FilmSize film,
 }
 
 /// How the film lies before the camera, and its lens.
-absl::Status set_projection(const v1::Camera& camera, FilmSize film, CameraRecord& record) {
+absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
   switch (camera.kind_case()) {
     case v1::Camera::kPerspective: {
       const double fov = camera.perspective().fov_degrees();
@@ -87,13 +88,13 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, CameraRecor
       return set_lens(camera.perspective().lens_radius(), camera.perspective().focal_distance(), record);
     }
     case v1::Camera::kOrthographic:
-      record.kind = CameraKind::kOrthographic;
+      record.kind = SensorKind::kOrthographic;
       if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
       return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance(), record);
     case v1::Camera::kSpherical:
       record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL
-                        ? CameraKind::kOctahedral
-                        : CameraKind::kEquirectangular;
+                        ? SensorKind::kOctahedral
+                        : SensorKind::kEquirectangular;
       record.scale_x = 1.0f / static_cast<float>(film.width);
       record.scale_y = 1.0f / static_cast<float>(film.height);
       return absl::OkStatus();
@@ -105,14 +106,14 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, CameraRecor
 
 }  // namespace
 
-absl::StatusOr<CameraRecord> build_camera(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
+absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
                                           const wire::AlgorithmTraits& algorithm) {
   const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
   if (world_from_camera->determinant() == 0)
     return absl::InvalidArgumentError("camera: its transform is singular");
-  CameraRecord record;
-  record.render_from_camera = (space.from_world * *world_from_camera).to_affine();
+  SensorRecord record;
+  record.render_from_sensor = (space.from_world * *world_from_camera).to_affine();
   if (!camera.world_from_camera_end().elements().empty()) {
     if (auto s = set_camera_motion(camera, *world_from_camera, space, record); !s.ok())
       return located(s, "camera");

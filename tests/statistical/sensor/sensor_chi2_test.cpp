@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "render/camera/camera.h"
+#include "render/sensor/sensor.h"
 #include "support/kernel/chi2.h"
 #include "support/kernel/random_lanes.h"
 
@@ -15,12 +15,12 @@ namespace {
 constexpr int kWidthPixels = 40, kHeightPixels = 20;
 
 /// 40 x 20 pixels of [-2, 2] x [-1, 1], turned, and scaled by `scale` where told.
-CameraRecord camera(CameraKind kind, float lens_radius, float scale) {
-  CameraRecord c;
-  c.kind = kind;
+SensorRecord sensor_of(SensorKind kind, float lens_radius, float scale) {
+  SensorRecord c;
+  c.kind = lens_radius > 0 ? with_lens(kind) : kind;
   // x right, y up, z forward: a rotation about (1, 1, 1), which permutes the axes.
-  for (float& m : c.render_from_camera.m) m = 0;
-  c.render_from_camera.m[2] = c.render_from_camera.m[4] = c.render_from_camera.m[9] = scale;
+  for (float& m : c.render_from_sensor.m) m = 0;
+  c.render_from_sensor.m[2] = c.render_from_sensor.m[4] = c.render_from_sensor.m[9] = scale;
   c.width = kWidthPixels;
   c.height = kHeightPixels;
   c.scale_x = 0.1f, c.offset_x = -2;
@@ -32,19 +32,20 @@ CameraRecord camera(CameraKind kind, float lens_radius, float scale) {
 
 /// Where rays cross the plane of depth `depth` (camera space), in units of camera space, against the uniform
 /// density over what the film covers there. In focus only: elsewhere a lens blurs the border.
-TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
+TEST(SensorChi2, RaysCoverThePlaneOfFocusEvenly) {
   constexpr int kSamples = 1 << 19, kTests = 8;
-  for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
+  for (const SensorKind kind : {SensorKind::kPinhole, SensorKind::kOrthographic}) {
     for (const float lens : {0.0f, 0.4f}) {
       for (const float scale : {1.0f, 2.5f}) {
-        const CameraRecord c = camera(kind, lens, scale);
-        const double spread = kind == CameraKind::kPerspective ? 3 : 1;
+        const SensorRecord c = sensor_of(kind, lens, scale);
+        const double spread = kind == SensorKind::kPinhole ? 3 : 1;
         std::vector<double> observed(40 * 20), expected(40 * 20, kSamples / 800.0);
         std::vector<double> lens_observed(16 * 16);
         RandomLanes numbers(11);
         for (int i = 0; i < kSamples; i += kWidth) {
-          const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)},
-                                                  {numbers(), numbers()}, Float(0.0f));
+          const SensorRay ray = start_ray(
+              c,
+              {{numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f)});
           for (int l = 0; l < kWidth; ++l) {
             const double dx = ray.direction.x.lane(l), ox = ray.origin.x.lane(l);
             const double t = (3 * scale - ox) / dx;
@@ -67,15 +68,15 @@ TEST(CameraChi2, RaysCoverThePlaneOfFocusEvenly) {
 
 /// The directions of a pinhole's rays: density 1 / (film area cos^3) over solid angle, which integrates to 1
 /// over the film.
-TEST(CameraChi2, DirectionsOfAPinhole) {
+TEST(SensorChi2, DirectionsOfAPinhole) {
   constexpr int kSamples = 1 << 20;
-  const CameraRecord c = camera(CameraKind::kPerspective, 0, 1);
+  const SensorRecord c = sensor_of(SensorKind::kPinhole, 0, 1);
   const test::SphereGrid grid(48, 96);
   std::vector<double> observed(grid.size()), expected(grid.size());
   RandomLanes numbers(11);
   for (int i = 0; i < kSamples; i += kWidth) {
-    const CameraRay ray = sample_camera_ray(c, {numbers(0, kWidthPixels), numbers(0, kHeightPixels)},
-                                            {numbers(), numbers()}, Float(0.0f));
+    const SensorRay ray = start_ray(
+        c, {{numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, {numbers(), numbers()}, Float(0.0f)});
     for (int l = 0; l < kWidth; ++l)
       ++observed[grid.cell(ray.direction.y.lane(l), ray.direction.z.lane(l), ray.direction.x.lane(l))];
   }
@@ -95,15 +96,15 @@ TEST(CameraChi2, DirectionsOfAPinhole) {
 
 /// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1
 /// gives a pixel of value 1. A plane askew, sampled evenly; and no light lands where the film is not.
-TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
+TEST(SensorChi2, ImportanceOfEveryPixelIntegratesToOne) {
   constexpr int kSamples = 1 << 21;
-  for (const CameraKind kind : {CameraKind::kPerspective, CameraKind::kOrthographic}) {
+  for (const SensorKind kind : {SensorKind::kPinhole, SensorKind::kOrthographic}) {
     for (const float lens : {0.0f, 0.4f}) {
       for (const float scale : {1.0f, 2.5f}) {
-        const CameraRecord c = camera(kind, lens, scale);
+        const SensorRecord c = sensor_of(kind, lens, scale);
         // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds
         // all that is seen.
-        const float half = kind == CameraKind::kPerspective ? 18.0f : 4.0f;
+        const float half = kind == SensorKind::kPinhole ? 18.0f : 4.0f;
         const double tilt = std::sqrt(1 + 0.15 * 0.15 + 0.1 * 0.1);
         std::vector<double> sum(800), squares(800);
         RandomLanes numbers(11);
@@ -111,11 +112,11 @@ TEST(CameraChi2, ImportanceOfEveryPixelIntegratesToOne) {
           const Float right = numbers(-half, half), up = numbers(-half, half);
           const Float depth = fma(right, Float(0.15f), fma(up, Float(-0.1f), Float(5.0f)));
           const Vec3 p = Vec3{depth, right, up} * scale;
-          const CameraConnection seen =
-              connect_to_camera(c, p, {numbers(), numbers()}, Float(0.0f), Mask::all());
+          const SensorConnection seen =
+              connect_to_sensor(c, p, {numbers(), numbers()}, Float(0.0f), Mask::all());
           const Vec3 w = normalize(seen.lens - p);
           for (int l = 0; l < kWidth; ++l) {
-            const double column = std::floor(seen.film.x.lane(l)), row = std::floor(seen.film.y.lane(l));
+            const double column = std::floor(seen.raster.x.lane(l)), row = std::floor(seen.raster.y.lane(l));
             if (!(seen.valid.bits() >> l & 1) || !(column >= 0 && column < 40 && row >= 0 && row < 20))
               continue;
             const double cosine = std::abs(w.x.lane(l) - 0.15 * w.y.lane(l) + 0.1 * w.z.lane(l)) / tilt;

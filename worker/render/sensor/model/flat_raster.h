@@ -1,0 +1,34 @@
+// Shared by sensors whose raster lies in a plane.
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+#include "render/sampling/warp.h"
+#include "render/sensor/models.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+inline Vec3 sensor_origin() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
+
+inline Vec3 point_of_lens(const SensorRecord& sensor, Vec2 u_lens) {
+  const Vec2 disk = square_to_disk(u_lens);
+  return {disk.x * sensor.lens_radius, disk.y * sensor.lens_radius, Float(0.0f)};
+}
+
+/// Of the plane that the raster lies in.
+inline float pixel_area(const SensorRecord& sensor) { return std::abs(sensor.scale_x * sensor.scale_y); }
+/// The longer side of a pixel there.
+inline float pixel_step(const SensorRecord& sensor) {
+  return std::max(std::abs(sensor.scale_x), std::abs(sensor.scale_y));
+}
+
+/// A connection of rays that cross the plane z = 1 of places under the cosine: all of one weight.
+inline LocalConnection through_plane(const SensorRecord& sensor, Vec3 point, Vec2 place, Vec3 lens) {
+  const Float distance_squared = length_squared(point - lens);
+  const Float cosine = point.z / sqrt(distance_squared);
+  const Float density = 1.0f / (distance_squared * cosine * cosine * cosine * pixel_area(sensor));
+  return {place, lens, density, density};
+}
+
+}  // namespace tessera::render::TESSERA_ISA

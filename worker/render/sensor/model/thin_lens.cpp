@@ -1,0 +1,37 @@
+// A thin lens [Kolb, Mitchell & Hanrahan 1995]: all rays of one place of the raster meet on the plane of
+// focus.
+#include "render/sensor/model/flat_raster.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+class ThinLensSensor final : public SensorModel {
+ public:
+  ThinLensSensor() : SensorModel({.has_lens = true}) {}
+
+  LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2 u_lens) const override {
+    const Vec3 lens = point_of_lens(sensor, u_lens), through{place.x, place.y, Float(1.0f)};
+    return {lens, through * Float(sensor.focal_distance) - lens};
+  }
+  LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2 u_lens) const override {
+    // Where the ray from the lens meets the plane of focus, seen from the middle of the lens.
+    const Vec3 lens = point_of_lens(sensor, u_lens);
+    const Float t = sensor.focal_distance / point.z;
+    const Vec2 place{(lens.x + (point.x - lens.x) * t) * (1 / sensor.focal_distance),
+                     (lens.y + (point.y - lens.y) * t) * (1 / sensor.focal_distance)};
+    return through_plane(sensor, point, place, lens);
+  }
+  Float pixel_width(const SensorRecord& sensor, Float distance) const override {
+    return distance * pixel_step(sensor);
+  }
+};
+
+}  // namespace
+
+const SensorModel& thin_lens_sensor() {
+  static const ThinLensSensor model;
+  return model;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

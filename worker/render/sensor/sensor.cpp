@@ -1,0 +1,116 @@
+#include "render/sensor/sensor.h"
+
+#include <cassert>
+#include <cstddef>
+
+#include "render/core/affine.h"
+#include "render/core/motion.h"
+#include "render/sensor/models.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+constexpr std::size_t kMostModels = 64;
+
+/// In the order of SensorKind; filled when the kernels are loaded, so that asking costs one load.
+const SensorModel* models[kMostModels] = {&pinhole_sensor(),         &thin_lens_sensor(),
+                                          &orthographic_sensor(),    &orthographic_lens_sensor(),
+                                          &equirectangular_sensor(), &octahedral_sensor()};
+std::size_t model_count = static_cast<std::size_t>(SensorKind::kCount);
+
+/// Sensor space to render space.
+WideAffine pose_at(const SensorRecord& sensor, Float time) {
+  if (sensor.steps.empty()) return broadcast(sensor.render_from_sensor);
+  const auto segments = static_cast<std::int32_t>(sensor.steps.size()) - 1;
+  return affine_at(sensor.steps.data(), Int(0), Int(segments), time, Mask::all()).map;
+}
+
+Vec3 place_of(const WideAffine& pose) { return {pose.m[3], pose.m[7], pose.m[11]}; }
+
+/// Whether the sensor is anywhere but at the origin of render space.
+bool is_elsewhere(const SensorRecord& sensor) {
+  const float* m = sensor.render_from_sensor.m;
+  return !sensor.steps.empty() || m[3] != 0 || m[7] != 0 || m[11] != 0;
+}
+
+/// Length of a ray of unit direction for every unit of depth.
+Float length_per_depth(const SensorRecord& sensor, const WideAffine& pose, Vec3 direction) {
+  if (!sensor_model(sensor.kind).traits.has_axis) return Float(1.0f);
+  const Vec3 forward = normalize(Vec3{pose.m[2], pose.m[6], pose.m[10]});
+  return 1.0f / max(dot(direction, forward), 1e-6f);
+}
+
+}  // namespace
+
+LocalConnection SensorModel::connect(const SensorRecord&, Vec3, Vec2) const {
+  assert(!"a model that connects to points says how");
+  return {};
+}
+
+const SensorModel& sensor_model(SensorKind kind) { return *models[static_cast<std::size_t>(kind)]; }
+
+SensorKind add_sensor_model(const SensorModel& model) {
+  assert(model_count < kMostModels);
+  models[model_count] = &model;
+  return static_cast<SensorKind>(model_count++);
+}
+
+SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
+  const Vec2 place{fma(sample.raster.x, Float(sensor.scale_x), Float(sensor.offset_x)),
+                   fma(sample.raster.y, Float(sensor.scale_y), Float(sensor.offset_y))};
+  const LocalRay ray = sensor_model(sensor.kind).start(sensor, place, sample.u_lens);
+  const WideAffine pose = pose_at(sensor, sample.time);
+  SensorRay result{transform_vector(pose, ray.origin), normalize(transform_vector(pose, ray.direction)),
+                   select_or_zero(ray.valid, ray.weight), ray.valid};
+  if (is_elsewhere(sensor)) result.origin = result.origin + place_of(pose);
+  if (sensor.near_clip > 0) {
+    const Float per_depth = length_per_depth(sensor, pose, result.direction);
+    result.origin = fma(result.direction, sensor.near_clip * per_depth, result.origin);
+  }
+  return result;
+}
+
+SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 u_lens, Float time,
+                                   Mask active) {
+  const WideAffine pose = pose_at(sensor, time);
+  if (is_elsewhere(sensor)) point = point - place_of(pose);
+  // Sensor space: the axes of the sensor's frame are orthogonal, but may be scaled.
+  const auto axis = [&](int a) { return Vec3{pose.m[a], pose.m[4 + a], pose.m[8 + a]}; };
+  const auto along = [&](int a) { return dot(point, axis(a)) / length_squared(axis(a)); };
+  Vec3 p{along(0), along(1), along(2)};
+  const Float unit_of_depth = length(axis(2));
+  const Float depth = p.z * unit_of_depth;
+  const Mask in_front = active & (p.z > 0.0f) & (depth > sensor.near_clip);
+  const Vec3 seen{p.x, p.y, select(in_front, p.z, 1.0f)};
+  const LocalConnection local = sensor_model(sensor.kind).connect(sensor, seen, u_lens);
+  SensorConnection result;
+  result.raster = {(local.place.x - sensor.offset_x) * (1 / sensor.scale_x),
+                   (local.place.y - sensor.offset_y) * (1 / sensor.scale_y)};
+  result.lens = transform_vector(pose, local.lens);
+  if (is_elsewhere(sensor)) result.lens = result.lens + place_of(pose);
+  // The model's were for areas of sensor space, as seen along the ray: volumes scale by the product of the
+  // axes' lengths, and the ray takes its own part of that.
+  const Vec3 to_point = p - local.lens;
+  const Float volume = length(axis(0)) * length(axis(1)) * unit_of_depth;
+  const Float scale = length(transform_vector(pose, to_point)) / (length(to_point) * volume);
+  result.importance = local.importance * scale;
+  result.density = local.density * scale;
+  result.open_part = sensor.near_clip > 0 ? 1.0f - sensor.near_clip / max(depth, 1e-30f) : Float(1.0f);
+  result.valid = in_front & local.valid;
+  if (sensor.far_clip > 0) result.valid &= depth <= sensor.far_clip;
+  return result;
+}
+
+Vec3 normal_in_sensor(const SensorRecord& sensor, Vec3 normal, Float time) {
+  const Vec3 n = transform_normal(pose_at(sensor, time), normal);
+  return n * (1.0f / sqrt(max(length_squared(n), 1e-30f)));
+}
+
+Mask is_within_reach(const SensorRecord& sensor, Vec3 direction, Float t, Float time) {
+  if (!(sensor.far_clip > 0)) return Mask::all();
+  const Float per_depth = length_per_depth(sensor, pose_at(sensor, time), direction);
+  return t <= (sensor.far_clip - sensor.near_clip) * per_depth;
+}
+
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,124 @@
+// The interface of the sensors: rays that begin at a place of the raster, and connections of points to it.
+// One model a file; all models are stateless.
+//
+// A sensor's raster is a grid of pixels, but its model decides what they see: those of a meter may be points
+// of a wall. Nothing outside of this folder knows a lens or how wide a pixel is.
+#pragma once
+
+#include "render/core/vec.h"
+#include "render/sensor/sensor_record.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// The numbers that a sample starts with.
+struct SensorSample {
+  Vec2 raster;  // pixels from the upper left corner
+  Vec2 u_lens;  // uniform in the unit square; models without a lens do not look at it
+  Float time;   // from 0 (the shutter opens) to 1; sensors that stand still do not look at it
+};
+/// The sample in the middle of the lens at this place, when the shutter opens.
+TESSERA_INLINE SensorSample middle_sample(Vec2 raster) {
+  return {raster, {Float(0.5f), Float(0.5f)}, Float(0.0f)};
+}
+/// The middle of the raster.
+TESSERA_INLINE Vec2 middle_of_raster(const SensorRecord& sensor) {
+  return {Float(0.5f * static_cast<float>(sensor.width)), Float(0.5f * static_cast<float>(sensor.height))};
+}
+
+struct SensorRay {
+  Vec3 origin;     // render space
+  Vec3 direction;  // unit length
+  Float weight;    // of the radiance that arrives along the ray; 0 where it is not valid
+  Mask valid;      // the ray leaves the sensor
+};
+
+/// How a point of the scene is seen through one point of the lens.
+struct SensorConnection {
+  Vec3 lens;    // point of the lens (of parallel rays: where the one to the point begins), render space
+  Vec2 raster;  // pixels from the upper left corner
+  // Radiance that leaves the point towards the lens, times this and the cosine there, is the point's part of
+  // the integral over surfaces that gives a pixel's value, for a box filter of one pixel.
+  Float importance;
+  // Of one sample of the pixel, by area across the ray at the point, given the point of the lens. Importance
+  // is this times the weight of the ray.
+  Float density;
+  Float open_part;  // of the way from the point to the lens: things beyond are too near to be seen
+  Mask valid;       // the point is within what the sensor sees
+};
+
+/// A ray of sensor space; the direction has any length.
+struct LocalRay {
+  Vec3 origin, direction;
+  Float weight = Float(1.0f);
+  Mask valid = Mask::all();
+};
+
+/// SensorConnection in sensor space.
+struct LocalConnection {
+  Vec2 place;
+  Vec3 lens;
+  Float importance, density;
+  Mask valid = Mask::all();
+};
+
+class SensorModel {
+ public:
+  struct Traits {
+    bool has_lens = false;  // start() and connect() look at `u_lens`
+    bool connects = true;   // points of the scene can be connected to the sensor
+    bool has_axis = true;   // clipping distances are counted along z, else along rays
+    bool may_fail = false;  // some rays of start() are not valid
+  };
+
+  explicit constexpr SensorModel(const Traits& model_traits) : traits(model_traits) {}
+  virtual ~SensorModel() = default;
+
+  /// The ray of a place, which is one of the raster times the record's scales plus its offsets.
+  virtual LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2 u_lens) const = 0;
+  /// How a point of sensor space is seen that has a depth above 0; only with Traits::connects. Importance and
+  /// density are by areas of sensor space.
+  virtual LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2 u_lens) const;
+  /// The width of what one pixel in the middle of the raster sees, `distance` along its ray, in render space.
+  virtual Float pixel_width(const SensorRecord& sensor, Float distance) const = 0;
+
+  const Traits traits;
+};
+
+/// The model of a kind.
+const SensorModel& sensor_model(SensorKind kind);
+/// Adds a model that is not among those of models.h; records of the kind returned have it. Before anything is
+/// rendered: not thread-safe.
+SensorKind add_sensor_model(const SensorModel& model);
+
+SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample);
+
+/// For sensors that connect to points.
+SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 u_lens, Float time,
+                                   Mask active);
+
+inline bool has_lens(const SensorRecord& sensor) { return sensor_model(sensor.kind).traits.has_lens; }
+/// Whether points of the scene can be connected to the sensor.
+inline bool connects_to_points(const SensorRecord& sensor) {
+  return sensor_model(sensor.kind).traits.connects;
+}
+/// Whether rays of neighbouring pixels are neighbours in space, too.
+inline bool starts_coherent_rays(const SensorRecord& sensor) {
+  return !has_lens(sensor) && sensor.steps.empty();
+}
+
+/// A normal of render space in sensor space, at `time`: unit length, as seen in the picture.
+Vec3 normal_in_sensor(const SensorRecord& sensor, Vec3 normal, Float time);
+
+/// SensorModel::pixel_width.
+inline Float pixel_width(const SensorRecord& sensor, Float distance) {
+  return sensor_model(sensor.kind).pixel_width(sensor, distance);
+}
+
+/// Whether there may be hits that the sensor does not see though its rays meet them.
+inline bool misses_some_hits(const SensorRecord& sensor) {
+  return sensor.far_clip > 0 || sensor_model(sensor.kind).traits.may_fail;
+}
+/// Whether the sensor sees what its rays of unit `direction` meet at distance `t` from their origins.
+Mask is_within_reach(const SensorRecord& sensor, Vec3 direction, Float t, Float time);
+
+}  // namespace tessera::render::TESSERA_ISA

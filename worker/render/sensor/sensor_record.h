@@ -1,0 +1,53 @@
+// A sensor as the kernels read it: where it stands, how its raster sees the scene, and how it responds to
+// light.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/core/affine_data.h"
+#include "render/sensor/response.h"
+
+namespace tessera::render {
+
+/// Each kind has a model of its own (sensor/models.h).
+enum class SensorKind : std::int32_t {
+  kPinhole,
+  kThinLens,
+  kOrthographic,
+  kOrthographicLens,
+  kEquirectangular,
+  kOctahedral,
+  kCount
+};
+
+/// The kind of sensors that are `kind` but for a lens.
+constexpr SensorKind with_lens(SensorKind kind) {
+  return kind == SensorKind::kOrthographic ? SensorKind::kOrthographicLens : SensorKind::kThinLens;
+}
+
+struct SensorRecord {
+  SensorKind kind = SensorKind::kPinhole;
+  // Sensor space (x right, y up, z forward) to render space. Without translation: render space is centred on
+  // the sensor.
+  Affine render_from_sensor;
+  // Poses of a sensor that moves, at evenly spaced times (core/motion.h), with the way that it went since
+  // the shutter opened.
+  std::vector<Affine> steps;
+  // A place of the raster (pixels from its upper left corner) times these plus offsets: the model's own
+  // place. That is a point on the plane z = 1 of sensor space (kPinhole, kThinLens), the place of a ray in
+  // the plane z = 0 (kOrthographic, kOrthographicLens), or a point of the unit square of the sphere's map.
+  float scale_x = 1, scale_y = 1, offset_x = 0, offset_y = 0;
+  float lens_radius = 0;
+  float focal_distance = 1;
+  // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no
+  // limit.
+  float near_clip = 0, far_clip = 0;
+  std::int32_t width = 1, height = 1;  // of the raster, pixels
+  std::int32_t medium = -1;            // that the sensor stands in
+  Response response;
+
+  double pixels() const { return static_cast<double>(width) * height; }
+};
+
+}  // namespace tessera::render
