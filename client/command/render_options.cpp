@@ -156,9 +156,10 @@ void define_job_options(options::Command& command, RenderOptions& options) {
   add_word(command, "--reconstruction", job.reconstruction,
            "pixels that a sample goes into: sample (one), scatter (all whose filters reach it), or auto "
            "(scatter where the filter gains by it)");
-  add_word(command, "--path-sharing", job.path_sharing,
-           "neighbouring pixels that share the light of their paths: off, 4, 8, 16, or auto (16 where it "
-           "pays)");
+  add_word(
+      command, "--path-sharing", job.path_sharing,
+      "neighbouring pixels that share the light of their paths: off, 4, 8, 16, or auto (8 or 16 where it "
+      "pays)");
   const auto read_denoise = [&denoise = job.denoise](const std::string& word) {
     const absl::StatusOr<std::optional<DenoiseMethod>> method = parse_denoise_method(word);
     if (method.ok()) denoise = *method;

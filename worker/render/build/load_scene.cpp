@@ -239,26 +239,34 @@ class BuiltScene final : public RenderScene {
     if (tables_.max_depth < 2) return;
     // Spread, so that neighbours that a filter weighs together are of several groups.
     constexpr std::uint32_t kStep = 2;
+    constexpr PixelGroup kFour{2, 2, kStep}, kEight{4, 2, kStep}, kSixteen{4, 4, kStep};
+    const auto pilot_of = [&](const PixelGroup& group) {
+      return make_sharing_pilot(algorithm_, tables_, rays_until(stop), prepared_alone_.get(), scatters(),
+                                group);
+    };
+    SharingPilot pilot;
     switch (sharing_) {
       case v1::PATH_SHARING_4:
-        group_ = {2, 2, kStep};
+        pilot = pilot_of(group_ = kFour);
         break;
       case v1::PATH_SHARING_8:
-        group_ = {4, 2, kStep};
+        pilot = pilot_of(group_ = kEight);
+        break;
+      case v1::PATH_SHARING_16:
+        pilot = pilot_of(group_ = kSixteen);
         break;
       case v1::PATH_SHARING_AUTO:
-      case v1::PATH_SHARING_16:
-        group_ = {4, 4, kStep};
+        pilot = pilot_of(kEight);
+        if (!pilot.pays()) {
+          too_little_by_sharing_ = pilot;
+          return;
+        }
+        group_ = kEight;
+        if (const SharingPilot of_sixteen = pilot_of(kSixteen); of_sixteen.beats(pilot))
+          group_ = kSixteen, pilot = of_sixteen;
         break;
       default:
         return;
-    }
-    const SharingPilot pilot =
-        make_sharing_pilot(algorithm_, tables_, rays_until(stop), prepared_alone_.get(), scatters(), group_);
-    if (sharing_ == v1::PATH_SHARING_AUTO && !pilot.pays()) {
-      too_little_by_sharing_ = pilot;
-      group_ = {};
-      return;
     }
     tables_.shared_caution = pilot.caution();
     if (tables_.sampler.kind == SamplerKind::kSobol) tables_.sampler.kind = SamplerKind::kGroupSobol;

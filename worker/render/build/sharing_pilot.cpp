@@ -145,6 +145,10 @@ double SharingPilot::gain() const {
 
 bool SharingPilot::pays() const { return gain() >= kLeastGain && gain() * std::exp(-error) > 1; }
 
+bool SharingPilot::beats(const SharingPilot& other) const {
+  return gain() * std::exp(-2 * std::hypot(error, other.error)) > other.gain();
+}
+
 float SharingPilot::caution() const {
   if (!(alone * noise > 0)) return 1;
   const double quotient = (1 + alone) / (alone * noise);

@@ -21,6 +21,10 @@ struct SharingPilot {
   double gain() const;
   /// Whether that is a gain, and not by chance.
   bool pays() const;
+  /// Whether the gain is above that of `other` by two standard errors. The larger of two groups has to beat
+  /// the smaller one, whose noise is less common to neighbours: pilots think too well of large groups
+  /// [docs/decisions/0062-path-sharing.md].
+  bool beats(const SharingPilot& other) const;
   /// Returns SceneTables::shared_caution. The best probability with which a path goes on is its throughput
   /// times the root of a quotient: the second moment of what is to come over the variance of the picture,
   /// each divided by its costs [Rath et al. 2022]. What is to come is taken to be as uneven as a sample of a
