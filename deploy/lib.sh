@@ -78,6 +78,30 @@ build() {
   end
 }
 
+# base_commit: the commit from which changes count: TESSERA_BASE; else the latest that CI has passed on this machine
+# (note_passed); else the fortieth before this one, more than is usually submitted at a time; else the first one.
+# CI's own note needs nobody to keep it, and a submission that was refused does not move it.
+passed_commits=${XDG_CACHE_HOME:-$HOME/.cache}/tessera-passed
+base_commit() {
+  local commit
+  for commit in ${TESSERA_BASE:-$(tac "$passed_commits" 2>/dev/null | head -n 20)} HEAD~40; do
+    git -C "$top" merge-base --is-ancestor "$commit" HEAD 2>/dev/null || continue
+    git -C "$top" rev-parse "$commit"
+    return
+  done
+  git -C "$top" rev-list --max-parents=0 HEAD 2>/dev/null | tail -n 1
+}
+note_passed() {
+  mkdir -p "$(dirname "$passed_commits")"
+  git -C "$top" rev-parse HEAD >>"$passed_commits"
+}
+# changed_files: those that differ from that commit, and are there; nothing, where there is no history.
+changed_files() {
+  local base
+  base=$(base_commit)
+  [ -z "$base" ] || git -C "$top" diff --name-only --diff-filter=d "$base"
+}
+
 # stop_all PID...: asks them to end, waits, and kills what is left after ten seconds.
 stop_all() {
   [ $# -gt 0 ] || return 0

@@ -1,20 +1,26 @@
 #!/usr/bin/env bash
 # Checks that all sources are as clang-format has them, then looks for faults with clang-tidy (.clang-tidy), in
-# whole rooms at once and in as many as a time allows: those first that the latest commits concern, then the
-# others, from another one on with each commit. Fails where something is found, not where time runs out.
+# whole folders at once and in as many as a time allows: those first in which most has changed (changed_files in
+# lib.sh), then the others, from another one on with each commit. Fails where something is found, not where time
+# runs out: what was left out is named.
 #
-#   deploy/lint.sh              form alone: seconds
-#   deploy/lint.sh SECONDS      faults as well, for that long
-#   deploy/lint.sh FILE...      form and faults of these
+#   deploy/lint.sh                      form alone: seconds
+#   deploy/lint.sh SECONDS              faults as well, for that long
+#   deploy/lint.sh --changed SECONDS    the same of folders in which something has changed, without the others
+#   deploy/lint.sh FILE...              form and faults of these
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
 
-budget=0 files=()
+budget=0 files=() only_changed=
 case "${1:-}" in
   -h | --help)
     usage
     exit 0
     ;;
   '') ;;
+  --changed)
+    only_changed=1
+    budget=${2:?--changed needs a time, in seconds}
+    ;;
   *[!0-9]*)
     mapfile -t files < <(realpath --relative-to="$top" -- "$@")
     budget=$((24 * 60 * 60))
@@ -87,11 +93,13 @@ check_faults() {
   if [ ${#files[@]} -gt 0 ]; then
     first=("${files[@]}") all=()
   else
-    mapfile -t first < <(git diff --name-only HEAD~10 2>/dev/null || true)
+    mapfile -t first < <(changed_files)
     all=("${all[@]:turn}" "${all[@]:0:turn}")
+    [ -z "$only_changed" ] || all=()
   fi
-  sources_of "${first[@]}" >"$work/first.txt"
-  { awk 'NR == FNR {first[$1]; next} $2 in first {print $1}' "$work/first.txt" "$work/units.txt" &&
+  sources_of "${first[@]}" | sort -u >"$work/first.txt"
+  { awk 'NR == FNR {first[$1]; next} $2 in first {n[$1]++} END {for (unit in n) print n[unit], unit}' \
+    "$work/first.txt" "$work/units.txt" | sort -k1,1nr -k2 | cut -d ' ' -f 2 &&
     printf '%s\n' "${all[@]}"; } | awk 'NF && !seen[$0]++' >"$work/order.txt"
 
   begin "faults in $(sources_in "$work/order.txt") sources"
@@ -105,9 +113,10 @@ check_faults() {
     die "clang-tidy found faults"
   }
   end
-  local unread
-  unread=$(($(sources_in "$work/order.txt") - $(sources_in "$work/checked.txt")))
-  [ "$unread" -eq 0 ] || say "no time was left for $unread of them"
+  grep -vxFf "$work/checked.txt" "$work/order.txt" >"$work/unread.txt" || return 0
+  say "no time was left for $(sources_in "$work/unread.txt") of them, in"
+  awk 'NR == FNR {unit[$1]; next} $1 in unit {sub("/[^/]*$", "", $2); print $2}' "$work/unread.txt" \
+    "$work/units.txt" | sort -u | paste -sd ' '
 }
 
 # sources_in FILE: how many sources are in the units that the file lists.

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Runs as many of the soak tests as a time allows, one after the other, on what deploy/test.sh has built: tests with
-# random faults, tests that measure time, and long forms, which the gate leaves out. Those come first that the latest
-# commits concern, then the others, starting with another one at each commit. What there is no time for is named.
+# random faults, tests that measure time, and long forms, which the gate leaves out. Those of what has changed come
+# first, then the others, starting with another one at each commit. What there is no time for is named.
 #
 # Every run has a new seed, which is printed. A test that fails is run again with the same seed: the run fails where it
 # fails twice; where it passes the second time, the failure is shown with the command that replays it.
@@ -21,10 +21,10 @@ say "soak tests with TESSERA_SEED=$TESSERA_SEED"
 # tests CTEST-OPTIONS...: names, one a line.
 tests() { ctest -N "$@" | sed -n 's/^ *Test *#[0-9]*: *//p'; }
 
-# The labels of tests of what the latest commits changed; nothing, where the history is not there.
+# The labels of tests of what has changed (changed_files in lib.sh).
 concerned() {
   local changed
-  changed=$(git -C "$top" diff --name-only HEAD~10 2>/dev/null || true)
+  changed=$(changed_files)
   case "$changed" in *worker/render/*) echo 'statistical|stress' ;; esac
   case "$changed" in *server/* | *worker/agent/* | *proto/*) echo 'integration|load|scenario' ;; esac
   case "$changed" in *client/import/* | *proto/wire/* | *proto/images/*) echo 'fuzz' ;; esac

@@ -57,5 +57,29 @@ TEST_F(DeployScripts, ABuildThatDoesNotBeginSaysWhy) {
   EXPECT_THAT(build().err, HasSubstr("ninja: error: loading build.ninja\n"));
 }
 
+/// What changed_files() of deploy/lib.sh says in a repository of three commits, of which CI noted the last
+/// that passed.
+TEST_F(DeployScripts, ChangesCountFromTheLastCommitThatPassed) {
+  const std::string folder = folder_.path().string();
+  const std::string script =
+      ". deploy/lib.sh; top=" + folder + "; passed_commits=" + folder + R"(/cache/passed
+    cd $top
+    export GIT_CONFIG_GLOBAL=/dev/null GIT_AUTHOR_NAME=n GIT_AUTHOR_EMAIL=e GIT_COMMITTER_NAME=n GIT_COMMITTER_EMAIL=e
+    commit() { echo "$1" >"$2"; git add "$2"; git commit -qm "$2"; }
+    git init -q .
+    commit 1 a; commit 1 b
+    changed_files
+    commit 1 c; note_passed
+    commit 2 a; git rm -q b; git commit -qm gone
+    changed_files
+    # One that was refused, and is on no way to this one, counts for nothing.
+    git checkout -q -b refused HEAD~2; commit 1 d; note_passed; git checkout -q -
+    changed_files
+    TESSERA_BASE=HEAD changed_files)";
+  const support::Finished done = support::run_program({"/bin/bash", "-c", script}, std::chrono::seconds{60});
+  EXPECT_EQ(done.err, "");
+  EXPECT_EQ(done.out, "b\na\na\n");
+}
+
 }  // namespace
 }  // namespace tessera
