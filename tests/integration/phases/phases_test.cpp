@@ -1,39 +1,14 @@
-// Phases, end to end: real processes, an algorithm that is not Tessera's own, and kills. TESSERA_KILLS=N in
-// the environment kills that often, TESSERA_SEED=N otherwise than by default.
+// Phases, end to end: real processes, and an algorithm that is not Tessera's own.
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <map>
-#include <random>
 
 #include "image/exr.h"
-#include "integration/farm_under_test.h"
-#include "integration/phases/histogram_traits.h"
-#include "support/long_form.h"
+#include "integration/phases/phases_job.h"
 
 namespace tessera::integration {
 namespace {
-
-// 5 parts and 6 merges, 60 parts and 20 merges, and 400 tiles.
-Arguments job_of(const std::string& spp) {
-  return {"scenes/cornell-box/scene.pbrt",
-          "--integrator",
-          "histogram",
-          "--resolution",
-          "160x160",
-          "--spp",
-          spp,
-          "--tile",
-          "8",
-          "--quiet"};
-}
-const Arguments kJob = job_of("8");
-constexpr std::uint32_t kPhaseUnits = 5 + 6 + 60 + 20;
-
-class Phases : public testing::Test {
- protected:
-  static void SetUpTestSuite() { use_programs_of(TESSERA_WITH_HISTOGRAM); }
-};
 
 /// The part of the film that shows each brightness, of that which shows anything.
 std::map<float, double> parts_of_brightness(const std::filesystem::path& exr) {
@@ -84,34 +59,21 @@ TEST_F(Phases, TheFarmGivesTheBitsOfOneProcess) {
   EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
 }
 
-TEST_F(Phases, KillsAtAnyMomentChangeNothing) {
-  constexpr std::size_t kWorkers = 2;
-  const auto kills = static_cast<std::uint32_t>(test::how_often("TESSERA_KILLS", 12, 60));
-  std::mt19937_64 random{test::how_often("TESSERA_SEED", 1, 2)};
+// Both deaths are ordered by what is done, and the verdict is the same whenever they happen: phases_kill_test
+// (soak) kills at random.
+TEST_F(Phases, AWorkerAndTheCoordinatorMayDieWithinThem) {
   FarmUnderTest farm;
-  // All are of one host: as many deaths in a minute as here would otherwise speak against the units.
-  for (std::size_t i = 0; i < kWorkers; ++i) farm.add_worker(1, "host");
-  std::uint32_t done = 0, jobs = 0;
-  std::map<bool, std::uint32_t> within;  // kills while phases were made, and after
-  while (done < kills && !HasFailure()) {
-    const std::string job = farm.submit_detached(kJob + Arguments{"--fresh"});
-    ++jobs;
-    // One within each twelfth of the job, so that some fall into each phase and between them.
-    for (std::uint32_t share = 0; share < 12 && done < kills; ++share) {
-      const std::uint32_t begun = share < 6 ? share * kPhaseUnits / 6 : kPhaseUnits + (share - 6) * 60;
-      const v1::JobStatus status = farm.watch_until(
-          job, [&](const v1::JobStatus& s) { return s.units_done() + s.units_leased() >= begun; });
-      if (client::has_ended(status.state())) break;
-      farm.kill_somebody(random);
-      ++within[status.units_done() < kPhaseUnits];
-      ++done;
-    }
-    const v1::JobStatus end = farm.watch_to_the_end(job);
-    ASSERT_EQ(end.state(), v1::DONE) << end.error();
-    EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
-  }
-  std::printf("%u kills in %u jobs, %u of them before the picture\n", done, jobs, within[true]);
-  EXPECT_GT(within[true], 0u);
+  // Of one host: its own death would otherwise speak against the units.
+  for (int i = 0; i < 2; ++i) farm.add_worker(1, "host");
+  const std::string job = farm.submit_detached(kJob);
+  farm.watch_until(job, [](const v1::JobStatus& status) { return status.units_done() >= 1; });
+  farm.kill_worker(0);
+  farm.restart_worker(0);
+  farm.watch_until(job, [](const v1::JobStatus& status) { return status.units_done() >= kFirstPhaseUnits; });
+  farm.kill_and_restart_coordinator();
+  const v1::JobStatus end = farm.watch_to_the_end(job);
+  EXPECT_EQ(end.state(), v1::DONE) << end.error();
+  EXPECT_EQ(farm.fetch_hash(job), expected_hash(kJob));
 }
 
 TEST_F(Phases, MoreSamplesTakeThemOver) {
