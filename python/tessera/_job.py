@@ -8,6 +8,7 @@ test compares the specs of both. Other integrators are submitted through the pro
 from __future__ import annotations
 
 import hashlib
+import warnings
 from collections.abc import Sequence
 
 from tessera._values import checked
@@ -82,7 +83,9 @@ def make_spec(
     crop: tuple[int, int, int, int] | None = None,
     resolution: tuple[int, int] | None = None,
 ) -> tuple[job_pb2.JobSpec, list[Blob]]:
-    """The job of the scene with its settings, and the blobs that it needs, the scene's own last."""
+    """The job of the scene with its settings, and the blobs that it needs, the scene's own last.
+
+    Warns, in the name of its caller's caller, where pixels would share light but for layers or the variance."""
     checked(scene.message)
     wishes = scene.message.settings
     integrator = wishes.integrator or "path"
@@ -136,13 +139,16 @@ def make_spec(
         view.reconstruction = settings_pb2.RECONSTRUCTION_SCATTER
     if wishes.path_sharing > settings_pb2.PATH_SHARING_OFF:
         view.path_sharing = wishes.path_sharing
-    elif (
-        wishes.path_sharing != settings_pb2.PATH_SHARING_OFF
-        and integrator in ("path", "volpath")
-        and not wishes.layers
-        and "variance" not in aovs
-    ):
-        view.path_sharing = settings_pb2.PATH_SHARING_AUTO
+    elif wishes.path_sharing != settings_pb2.PATH_SHARING_OFF and integrator in ("path", "volpath"):
+        if not wishes.layers and "variance" not in aovs:
+            view.path_sharing = settings_pb2.PATH_SHARING_AUTO
+        elif view.max_depth >= 2:
+            warnings.warn(
+                "pixels do not share the light of their paths, because of "
+                f"{'layers' if wishes.layers else 'the AOV variance'}: the picture may have several times the "
+                "variance; render it in a job of its own, or set settings.path_sharing to PATH_SHARING_OFF",
+                stacklevel=3,
+            )
 
     x0, y0, x1, y1 = crop or (0, 0, width, height)
     if not (0 <= x0 < x1 <= width and 0 <= y0 < y1 <= height):

@@ -9,6 +9,7 @@ import shutil
 import subprocess
 import tempfile
 import uuid
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -307,11 +308,11 @@ class Farm:
 
     def submit_file(self, scene: str | Path, *options: str) -> Job:
         """Submits a scene file (pbrt, Mitsuba, Tessera's own ...) by the program `tessera`, whose importers
-        read it; `options` are those of `tessera submit`."""
+        read it; `options` are those of `tessera submit`. The program's warnings become Python's."""
         program = self._program or shutil.which("tessera")
         if program is None:
             raise TesseraError("the program tessera is not on the PATH: Farm(program=...)")
-        command = [program, "submit", str(scene), "--detach", "--quiet", "--server", self.address]
+        command = [program, "submit", str(scene), "--detach", "--server", self.address]
         command += ["--tls", str(self._tls)] if self._tls else []
         command += ["--allow-insecure"] if self._allow_insecure else []
         command += ["--user", self.user, *options]
@@ -319,6 +320,9 @@ class Farm:
         found = re.search(r"^job ([0-9a-f]+)$", ran.stdout, re.MULTILINE)
         if ran.returncode or not found:
             raise TesseraError(ran.stderr.strip() or f"tessera submit ended with {ran.returncode}")
+        for line in ran.stderr.splitlines():
+            if line.startswith("warning: "):
+                warnings.warn(line.removeprefix("warning: "), stacklevel=2)
         return Job(self, found[1])
 
     def _upload(self, blobs: Sequence[Blob]) -> None:

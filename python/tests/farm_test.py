@@ -56,7 +56,8 @@ class FarmTest(unittest.TestCase):
         file = self.under_test.path / "scene.textproto"
         scene.save(file)
         words = ("--aov=variance,samples,albedo,id", "--fresh")
-        other = self.farm.submit_file(file, *words)
+        with self.assertWarnsRegex(UserWarning, "^pixels do not share .* because of --aov variance"):
+            other = self.farm.submit_file(file, *words)
         other.wait()
         self.assertEqual(other.fetch().rgb.tobytes(), picture.rgb.tobytes())
 

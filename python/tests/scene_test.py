@@ -6,6 +6,7 @@ import struct
 import subprocess
 import tempfile
 import unittest
+import warnings
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import tessera
 from farm_under_test import PROGRAM, small_scene
 from tessera import _job
 from tessera._mesh import encode_mesh, encode_pfm
+from tessera.v1 import settings_pb2
 
 
 class SceneTest(unittest.TestCase):
@@ -80,6 +82,28 @@ class SceneTest(unittest.TestCase):
         scene.settings.noise = nan
         with self.assertRaisesRegex(ValueError, "Scene.settings.noise"):
             _job.make_spec(scene, "tester")
+
+    def test_what_stops_pixels_from_sharing_is_told(self) -> None:
+        """Layers, the AOV variance; not where the user said so, nor where paths have nothing to share."""
+
+        def told(aovs: tuple[str, ...] = (), layers: bool = False, **settings: object) -> list[str]:
+            scene = small_scene()
+            for name, value in settings.items():
+                setattr(scene.settings, name, value)
+            if layers:
+                scene.settings.layers.add(name="lit", expression="LDE")
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                _job.make_spec(scene, "tester", aovs=aovs)
+            return [str(warning.message) for warning in caught]
+
+        off = settings_pb2.PATH_SHARING_OFF
+        self.assertEqual(told(), [])
+        self.assertEqual(told(aovs=("depth",)), [])
+        self.assertRegex("".join(told(aovs=("variance",))), "^pixels do not share .* because of the AOV variance")
+        self.assertRegex("".join(told(layers=True)), "^pixels do not share .* because of layers")
+        for quiet in ({"path_sharing": off}, {"integrator": "direct"}, {"max_depth": 1}):
+            self.assertEqual(told(aovs=("variance",), **quiet), [], quiet)
 
     def test_a_lamp_of_known_power_lights_a_floor(self) -> None:
         """Irradiance of a distant light, and of a lamp: the radiance of white paint is that over pi."""
