@@ -4,30 +4,11 @@
 #include <utility>
 
 #include "render/shape/implicit/cell_walk.h"
+#include "render/shape/implicit/refine_bracket.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
-
-/// Where f is zero in [low, high], at whose ends the signs differ, to within `precision`.
-Double refine(const ChordFunction& f, Double low, Double high, Mask active, double precision = 0x1p-48) {
-  const Double at_low = f(low);
-  Double s = (low + high) * Double(0.5);
-  constexpr int kMostSteps = 60;
-  for (int i = 0; i < kMostSteps; ++i) {
-    const Dual<Double, 1> there = f.with_slope(s);
-    const DoubleMask before = at_low * there.value <= Double(0.0);
-    high = select(before, s, high);
-    low = select(before, low, s);
-    const Double newton = s - there.value / there.d[0];
-    const DoubleMask inside = (newton > low) & (newton < high);
-    const Double next = select(inside, newton, (low + high) * Double(0.5));
-    const Mask moves = active & mask_of(abs(next - s) > Double(precision));
-    s = select(there.value == Double(0.0), s, next);
-    if (none(moves)) break;
-  }
-  return s;
-}
 
 Mask surely_positive(const Interval& a) { return mask_of(a.low > Double(0.0)); }
 Mask surely_negative(const Interval& a) { return mask_of(a.high < Double(0.0)); }
@@ -126,7 +107,8 @@ double first_root_of_lane(const ImplicitRecord& surface, const ChordFunction& al
       if ((one >> first & 1) != 0) {
         if (any_root) return parts[first].first;
         alignas(64) double root[kWidth];
-        refine(f, Double(parts[first].first), Double(parts[first].second), Mask::first(1)).store(root);
+        refine_bracket(f, Double(parts[first].first), Double(parts[first].second), Mask::first(1))
+            .store(root);
         return root[0];
       }
       if ((touched >> first & 1) != 0) return parts[first].first;
@@ -192,7 +174,8 @@ Double first_roots_by_enclosure(const ImplicitRecord& surface, const ObjectChord
   touched |= active;  // the steps are used up
   Double root = fma(s, length, base);
   if (any(bracketed) && !any_root)
-    root = select(double_mask_of(bracketed), refine(f, root, fma(s + width, length, base), bracketed), root);
+    root = select(double_mask_of(bracketed), refine_bracket(f, root, fma(s + width, length, base), bracketed),
+                  root);
   return ray_parameter(chord, root, touched | bracketed);
 }
 
@@ -245,7 +228,7 @@ void all_roots_by_enclosure(const ImplicitRecord& surface, const ObjectChord& ch
   alignas(64) double roots[kWidth];
   while (!one.empty()) {
     by_sixteen(one, [&](Double begin, Double end, Mask active, const double*, const double*) {
-      ray_parameter(chord, refine(f, begin, end, active), active).store(roots);
+      ray_parameter(chord, refine_bracket(f, begin, end, active), active).store(roots);
       each(active, [&](int i) { found.push_back(roots[i]); });
     });
   }
@@ -268,7 +251,7 @@ Double roots_between_signs(const ImplicitRecord& surface, const ObjectChord& cho
   const Mask differ = chord.meets & mask_of(f(Double(0.0)) * f(Double(1.0)) < Double(0.0));
   if (none(differ)) return Double(-1.0);
   // The chord is as long as the rounding of a float: doubles tell no more than that apart.
-  return ray_parameter(chord, refine(f, Double(0.0), Double(1.0), differ, 0x1p-26), differ);
+  return ray_parameter(chord, refine_bracket(f, Double(0.0), Double(1.0), differ, 0x1p-26), differ);
 }
 
 double sphere_tracing_tolerance(const ImplicitRecord& surface) {
@@ -300,7 +283,7 @@ Double first_roots_by_sphere_tracing(const ImplicitRecord& surface, const Object
     value = f(s);
   }
   const Mask between = and_not(crossed, found);
-  if (any(between)) s = select(double_mask_of(between), refine(f, before, s, between), s);
+  if (any(between)) s = select(double_mask_of(between), refine_bracket(f, before, s, between), s);
   const Double root = ray_parameter(chord, s, found | between);
   if (none(active)) return root;
   // A ray along the surface, whose steps are as short as it is close.

@@ -1,5 +1,6 @@
 #include "render/shape/implicit/ray_polynomial.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "render/core/wide.h"
@@ -16,9 +17,11 @@ double refine_root(const RayPolynomial& p, double low, double high) {
     if (value == 0) return s;
     ((value > 0) == (at_low > 0) ? low : high) = s;
     const double newton = s - value / p.slope(s);
+    // At the root a step ends at an end of the bracket, or beyond it by a rounding.
+    if (std::abs(newton - s) <= 0x1p-50) return std::clamp(newton, low, high);
     // A step that leaves the bracket, or is not a number, halves it.
     const double next = newton > low && newton < high ? newton : 0.5 * (low + high);
-    if (std::abs(next - s) <= 0x1p-50 || !(high - low > 0x1p-50)) return next;
+    if (!(high - low > 0x1p-50)) return next;
     s = next;
   }
   return s;
