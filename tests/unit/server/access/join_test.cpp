@@ -19,6 +19,7 @@
 #include "tls/authority.h"
 #include "tls/join_tokens.h"
 #include "transport/authorities.h"
+#include "transport/backoff.h"
 #include "transport/channel.h"
 #include "transport/join_token.h"
 #include "transport/tls.h"
@@ -294,17 +295,23 @@ TEST_F(Joining, ANewAuthorityCertifiesWithoutARestart) {
   fs::remove_all(farm() / "authority");
   ASSERT_TRUE(write_farm_certificates(farm(), {}, {"alice"}).ok());
   const auto authority = Authority::open(farm() / "authority");
-  // gRPC looks at the files of each port in its own time. The bound only ends a test that hangs.
+  // gRPC looks at the files of each port in its own time; until then it is asked again at a worker's pace.
+  // The bound only ends a test that hangs.
+  transport::Backoff backoff;
   const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes{5};
   std::string token, certificate;
-  while (!make_token("admin", 1, token).ok()) ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+  while (!make_token("admin", 1, token).ok()) {
+    ASSERT_LT(std::chrono::steady_clock::now(), deadline);
+    transport::interruptible_sleep(backoff.next(), {});
+  }
   const auto parsed = transport::parse_join_token(token);
   ASSERT_TRUE(parsed.ok()) << parsed.status();
   EXPECT_EQ(parsed->authority_digest, authority->digest());
+  backoff.reset();
   grpc::StatusCode code = UNAVAILABLE;
-  while (code == UNAVAILABLE) {
+  while ((code = join(parsed->secret, request_pem(key_.get()), &certificate)) == UNAVAILABLE) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    code = join(parsed->secret, request_pem(key_.get()), &certificate);
+    transport::interruptible_sleep(backoff.next(), {});
   }
   ASSERT_EQ(code, OK);
   const transport::Certificate joined = transport::certificate_from_pem(certificate);
