@@ -1,6 +1,7 @@
 #include "command/jobs/auto_choice.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <utility>
@@ -64,12 +65,12 @@ std::vector<Candidate> candidates_of(const JobSettings& request, const ImportedS
 /// Renders the candidates' jobs on small films. Builds of one scene share what they have in common.
 class SceneRenderer final : public PilotRenderer {
  public:
-  /// `start`: the process's CPU time when the pilot began.
-  SceneRenderer(std::span<const PreparedJob* const> jobs, std::string isa, int threads, std::stop_token stop,
-                std::chrono::nanoseconds start)
+  /// `start`: the process's CPU time when the pilot began. The options outlive the renderer.
+  SceneRenderer(std::span<const PreparedJob* const> jobs, std::string isa, const ChoiceOptions& options,
+                std::stop_token stop, std::chrono::nanoseconds start)
       : jobs_(jobs),
         isa_(std::move(isa)),
-        threads_(threads),
+        options_(options),
         stop_(std::move(stop)),
         start_(start),
         scenes_(jobs.size()) {}
@@ -84,16 +85,16 @@ class SceneRenderer final : public PilotRenderer {
     v1::PixelRect& crop = *spec.mutable_cut()->mutable_crop();
     crop.set_x0(frame.x0), crop.set_y0(frame.y0), crop.set_x1(frame.x1), crop.set_y1(frame.y1);
     absl::StatusOr<std::unique_ptr<BenchScene>> scene =
-        BenchScene::load(spec, jobs_[candidate]->blobs, threads_, contents_.get(), stop_);
+        BenchScene::load(spec, jobs_[candidate]->blobs, options_.threads, contents_.get(), stop_);
     if (!scene.ok()) return scene.status();
     scenes_[candidate] = *std::move(scene);
     frame_ = frame;
-    return scenes_[candidate]->build_cpu_seconds();
+    return options_.sample_cpu_seconds ? 0 : scenes_[candidate]->build_cpu_seconds();
   }
 
   std::string unseen_light(std::size_t candidate) const override {
     const auto ready = std::ranges::find_if(scenes_, [](const auto& scene) { return scene != nullptr; });
-    return (*ready)->unseen_light(jobs_[candidate]->spec.content().algorithms().integrator());
+    return (*ready)->unseen_light(integrator_of(candidate));
   }
 
   absl::StatusOr<PilotImage> render(std::size_t candidate, std::uint32_t sample_begin,
@@ -101,8 +102,13 @@ class SceneRenderer final : public PilotRenderer {
     const absl::StatusOr<BenchRender> rendered =
         scenes_[candidate]->render(sample_begin, sample_end, seed_offset, stop_);
     if (!rendered.ok()) return rendered.status();
-    PilotImage image{std::vector<float>(3 * frame_.pixels()), sample_begin, sample_end,
-                     rendered->cost.cpu_seconds};
+    double cpu_seconds = rendered->cost.cpu_seconds;
+    if (options_.sample_cpu_seconds) {
+      const std::size_t samples = frame_.pixels() * (sample_end - sample_begin);
+      cpu_seconds = options_.sample_cpu_seconds(integrator_of(candidate)) * static_cast<double>(samples);
+      told_seconds_ += cpu_seconds;
+    }
+    PilotImage image{std::vector<float>(3 * frame_.pixels()), sample_begin, sample_end, cpu_seconds};
     for (const wire::TileResult& tile : rendered->tiles) copy(tile, image);
     return image;
   }
@@ -113,9 +119,15 @@ class SceneRenderer final : public PilotRenderer {
     return std::make_shared<BuiltScene>(BuiltScene{contents_, std::move(scenes_[candidate])});
   }
 
-  double spent_seconds() const override { return base::in_seconds(base::process_cpu_time() - start_); }
+  double spent_seconds() const override {
+    if (options_.sample_cpu_seconds) return told_seconds_;
+    return base::in_seconds(base::process_cpu_time() - start_);
+  }
 
  private:
+  const std::string& integrator_of(std::size_t candidate) const {
+    return jobs_[candidate]->spec.content().algorithms().integrator();
+  }
   /// The means of a tile's pixels. Its first channels are red, green and blue.
   void copy(const wire::TileResult& tile, PilotImage& image) const {
     const std::size_t width = tile.x1 - tile.x0, pixels = tile.pixel_count();
@@ -132,12 +144,13 @@ class SceneRenderer final : public PilotRenderer {
 
   const std::span<const PreparedJob* const> jobs_;
   const std::string isa_;
-  const int threads_;
+  const ChoiceOptions& options_;
   const std::stop_token stop_;
   const std::chrono::nanoseconds start_;
   const std::shared_ptr<render::SharedContents> contents_ = make_shared_contents();
   std::vector<std::unique_ptr<BenchScene>> scenes_;
   PilotFrame frame_;
+  std::atomic<double> told_seconds_ = 0;  // by the options, in all pictures so far
 };
 
 PilotJob pilot_job(const v1::JobSpec& spec) {
@@ -280,7 +293,7 @@ absl::StatusOr<Tried> try_all(const JobSettings& request, const ChoiceOptions& o
   }
   const bool is_known = std::ranges::find(isas, request.isa) != isas.end();
   const std::stop_token stop = options.stop();
-  SceneRenderer renderer(jobs, is_known ? request.isa : isas.front(), options.threads, stop, start);
+  SceneRenderer renderer(jobs, is_known ? request.isa : isas.front(), options, stop, start);
   const absl::StatusOr<PilotOutcome> outcome = run_pilot(entries,
                                                          {.job = pilot_job(usual),
                                                           .read_seconds = options.read_cpu_seconds,

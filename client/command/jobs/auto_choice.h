@@ -26,6 +26,9 @@ struct ChoiceOptions {
   bool keeps_scene = false;     // the job's scene is that of ChosenJob: building it is no cost of the pilot
   double read_cpu_seconds = 0;  // in which the scene was read: part of the job's time
   std::function<std::stop_token()> stop = [] { return std::stop_token{}; };  // asked when a pilot begins
+  /// CPU seconds of a pixel's sample by this integrator, in place of measured ones: the choice is then a
+  /// function of the job, with one thread to the bit. Building a scene takes none.
+  std::function<double(const std::string& integrator)> sample_cpu_seconds = {};
   /// Jobs whose choice is taken over without a pilot: one that this job continues, and one that was begun and
   /// counts if it is the same.
   std::optional<v1::JobSpec> continued = {}, begun = {};

@@ -21,7 +21,8 @@ constexpr const char* kGlass = "scenes/glass-of-water/scene.textproto";
 constexpr const char* kBox = "scenes/cornell-box/scene.pbrt";
 /// Minutes of CPU time: a pilot of 3 % of them tells on any machine. For choices alone.
 const Arguments kHugeJob{"--resolution", "128x96", "--spp", "16384"};
-/// Some seconds of it: a pilot tells unless the machine is loaded, then it says that it could not.
+/// Some seconds of it: a pilot tells unless the machine is loaded. What it chooses when it does is tested by
+/// costs that are told (tests/unit/client/auto_choice_test.cpp); here, that all that is said agrees.
 const Arguments kLongJob{"--resolution", "128x96", "--spp", "512"};
 /// A pilot of 3 % of this would tell nothing.
 const Arguments kShortJob{"--resolution", "32x24", "--spp", "4"};
@@ -59,15 +60,8 @@ TEST(Auto, TellsWhyInTheImageAndTheStatistics) {
   const std::string stats = contents_of(folder.path() / "auto.json");
   EXPECT_THAT(stats, HasSubstr("\"auto\""));
   EXPECT_THAT(messages, HasSubstr("integrator " + chosen + ", "));
-  if (told.find("too short for a pilot") == std::string::npos) {
-    EXPECT_THAT(chosen, AnyOf("bdpt", "vcm"));
-    EXPECT_THAT(told, HasSubstr("integrator " + chosen + ", by a pilot of "));
-    for (const char* tried : {"path: efficiency", "bdpt: efficiency", "vcm: efficiency", "light: efficiency"})
-      EXPECT_THAT(told, HasSubstr(tried));
-    EXPECT_THAT(stats, HasSubstr("\"misses_light\": true"));
-  } else {
-    EXPECT_EQ(chosen, "path");
-  }
+  EXPECT_THAT(told, HasSubstr("integrator " + chosen));
+  EXPECT_THAT(stats, HasSubstr("\"" + chosen + "\""));
   EXPECT_EQ(pixel_sha256(folder.path() / "auto.exr"),
             expected_hash(Arguments{kGlass, "--integrator", chosen} + kLongJob));
 }

@@ -6,12 +6,15 @@
 #include <gtest/gtest.h>
 
 #include "command/report/choice_text.h"
+#include "import/import.h"
 #include "local/checkpoint.h"
+#include "local/local_farm.h"
 #include "support/process/temp_dir.h"
 
 namespace tessera::client {
 namespace {
 
+using ::testing::AnyOf;
 using ::testing::HasSubstr;
 
 /// A scene in which nothing is to be seen: whatever is chosen costs no time.
@@ -101,6 +104,43 @@ TEST(AutoChoice, IsNoneThatNeverFindsSomeOfTheLight) {
   const auto paint = choose_job(asking_for_auto(), room(kSpot, "diffuse {}"), "", {});
   ASSERT_TRUE(paint.ok()) << paint.status();
   for (const char* each : {"path", "bdpt", "vcm", "light"}) EXPECT_EQ(left_out(*paint, each), "");
+}
+
+/// The integrator that a pilot chooses for a picture of a minute where a sample takes a microsecond by
+/// `cheap`, and so many by all others.
+std::string chosen_where(const ImportedScene& scene, const std::string& cheap, double others,
+                         std::string* told = nullptr) {
+  JobSettings request = asking_for_auto();
+  request.resolution = {128, 96};
+  request.spp = 4096;
+  const auto chosen =
+      choose_job(request, scene, "", {.sample_cpu_seconds = [&](const std::string& integrator) {
+                   return integrator == cheap ? 1e-6 : others * 1e-6;
+                 }});
+  EXPECT_TRUE(chosen.ok()) << chosen.status();
+  if (!chosen.ok()) return "";
+  if (told != nullptr) *told = choice_in_one_line(chosen->job->spec);
+  return chosen->job->spec.content().algorithms().integrator();
+}
+
+TEST(AutoChoice, TakesTheLeastErrorForItsTime) {
+  if (local_isas().empty()) GTEST_SKIP() << "TakesTheLeastErrorForItsTime: needs kernels";
+  const auto box = import_scene("scenes/cornell-box/scene.pbrt");
+  ASSERT_TRUE(box.ok()) << box.status();
+  // Pixels share what paths find: a sample of theirs varies less than a quarter as much as any other's.
+  EXPECT_EQ(chosen_where(*box, "path", 1), "path");
+  for (const char* cheap : {"path", "light", "bdpt", "vcm"}) EXPECT_EQ(chosen_where(*box, cheap, 30), cheap);
+}
+
+TEST(AutoChoice, TakesNoneForItsTimeThatMissesLight) {
+  if (local_isas().empty()) GTEST_SKIP() << "TakesNoneForItsTimeThatMissesLight: needs kernels";
+  const auto glass = import_scene("scenes/glass-of-water/scene.textproto");
+  ASSERT_TRUE(glass.ok()) << glass.status();
+  std::string told;
+  EXPECT_THAT(chosen_where(*glass, "path", 5, &told), AnyOf("bdpt", "vcm"));
+  EXPECT_THAT(told, HasSubstr(", by a pilot of "));
+  for (const char* tried : {"path: ", "bdpt: efficiency", "vcm: efficiency", "light: "})
+    EXPECT_THAT(told, HasSubstr(tried));
 }
 
 TEST(AutoChoice, AJobThatWasBegunIsGoneOnWith) {
