@@ -8,12 +8,13 @@
 #include <utility>
 
 #include "image/metrics.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-constexpr std::array<const char*, 3> kChannels{"R", "G", "B"};
+constexpr auto kChannels = wire::kColourChannels;
 constexpr double kEpsilon = CompareOptions{}.epsilon;
 
 double square(double x) { return x * x; }

@@ -10,12 +10,13 @@
 #include "image/assemble.h"
 #include "image/flip.h"
 #include "wire/aov_channels.h"
+#include "wire/colour_channels.h"
 #include "wire/job_check.h"
 
 namespace tessera::client {
 namespace {
 
-constexpr const char* kChannelNames[] = {"R", "G", "B"};
+constexpr auto kChannelNames = wire::kColourChannels;
 
 absl::StatusOr<BenchBias> bias_of(const Image& reference, const BiasEstimator& images, std::uint32_t spp) {
   const absl::StatusOr<Comparison> comparison = compare_images(reference, images.mean());

@@ -12,6 +12,7 @@
 #include "denoise/denoise.h"
 #include "image/exr.h"
 #include "image/metrics.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 namespace {
@@ -35,7 +36,7 @@ ReferenceNoise merge_halves(Image& first, const Image& second, int block) {
   double terms = 0;
   std::array<std::vector<double>, 3> means, errors;
   for (std::size_t c = 0; c < 3; ++c) {
-    const char* const name = std::array{"R", "G", "B"}[c];
+    const char* const name = wire::kColourChannels[c];
     auto& a = std::ranges::find(first.channels, name, &Channel::name)->values;
     const auto& b = second.find(name)->values;
     for (std::size_t i = 0; i < a.size(); ++i) {
@@ -90,7 +91,7 @@ absl::StatusOr<BenchReference> make_reference(const BenchVariant& variant, std::
 absl::Status write_reference(const BenchReference& reference, int block, const std::string& path) {
   Image image = reference.image;
   std::erase_if(image.channels, [](const Channel& channel) {
-    return channel.name != "R" && channel.name != "G" && channel.name != "B";
+    return std::ranges::find(wire::kColourChannels, channel.name) == wire::kColourChannels.end();
   });
   image.metadata[kMse] = static_cast<float>(reference.noise.mse);
   image.metadata[kRelmse] = static_cast<float>(reference.noise.relmse);

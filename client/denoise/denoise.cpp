@@ -7,6 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "denoise/methods.h"
 #include "denoise/noisy_picture.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 namespace {
@@ -58,13 +59,13 @@ absl::StatusOr<std::optional<DenoiseMethod>> parse_denoise_method(std::string_vi
 }
 
 absl::StatusOr<DenoiseReport> denoise_image(const DenoiseOptions& options, Image& image) {
-  const bool again = image.find("raw.R") != nullptr;
+  const bool again = image.find(wire::colour_channels_of("raw").front()) != nullptr;
   const absl::StatusOr<denoise::NoisyPicture> picture =
       denoise::read_noisy_picture(image, again ? "raw." : "", options.threads);
   if (!picture.ok()) return picture.status();
   absl::StatusOr<denoise::Colours> colours = denoised(*picture, options);
   if (!colours.ok()) return colours.status();
-  constexpr const char* kNames[] = {"R", "G", "B"};
+  constexpr auto kNames = wire::kColourChannels;
   for (std::size_t c = 0; c < 3; ++c) {
     const auto own = std::ranges::find(image.channels, kNames[c], &Channel::name);
     if (own == image.channels.end())

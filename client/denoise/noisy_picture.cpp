@@ -7,12 +7,13 @@
 #include "absl/strings/str_cat.h"
 #include "denoise/feature_filter.h"
 #include "import/input/parallel.h"
+#include "wire/colour_channels.h"
 #include "wire/halves.h"
 
 namespace tessera::client::denoise {
 namespace {
 
-constexpr const char* kColours[] = {"R", "G", "B"};
+constexpr auto kColours = wire::kColourChannels;
 /// Light beyond this is taken for it: squares of it are still numbers.
 constexpr float kBrightest = 1e15f;
 
@@ -250,7 +251,8 @@ absl::StatusOr<NoisyPicture> read_noisy_picture(const Image& image, const std::s
       variance = std::max(variance, 0.0f) * 2 / static_cast<float>(*samples);
     });
   }
-  for (const std::vector<std::string>& names : {std::vector<std::string>{"albedo.R", "albedo.G", "albedo.B"},
+  const auto albedo = wire::colour_channels_of("albedo");
+  for (const std::vector<std::string>& names : {std::vector<std::string>(albedo.begin(), albedo.end()),
                                                 {"normal.X", "normal.Y", "normal.Z"},
                                                 {"depth.Z"}})
     add_guides(reader, names, *samples, threads, picture);

@@ -1,6 +1,7 @@
 #include "display/growing_image.h"
 
 #include "absl/status/statusor.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 
@@ -23,8 +24,8 @@ std::int32_t GrowingImage::row_of(std::int32_t y) const {
 absl::StatusOr<Window> GrowingImage::add(const wire::TileResult& result) {
   const Window area{static_cast<std::int32_t>(result.x0), static_cast<std::int32_t>(result.y0),
                     static_cast<std::int32_t>(result.x1), static_cast<std::int32_t>(result.y1)};
-  if (result.channels.size() < 3 || result.channels[0].name != "R" || area.x0 < crop_.x0 ||
-      area.y0 < crop_.y0 || area.x1 > crop_.x1 || area.y1 > crop_.y1) {
+  if (result.channels.size() < 3 || result.channels[0].name != wire::kColourChannels[0] ||
+      area.x0 < crop_.x0 || area.y0 < crop_.y0 || area.x1 > crop_.x1 || area.y1 > crop_.y1) {
     return absl::InvalidArgumentError("a result is not of this picture");
   }
   const std::size_t pixels = result.pixel_count();

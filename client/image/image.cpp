@@ -6,6 +6,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 
@@ -25,7 +26,8 @@ RgbPlanes rgb_planes(const Image& image) {
     }
     return nullptr;
   };
-  const RgbPlanes rgb{plane("R"), plane("G"), plane("B")};
+  const auto [red, green, blue] = wire::kColourChannels;
+  const RgbPlanes rgb{plane(red), plane(green), plane(blue)};
   if (rgb.r && rgb.g && rgb.b) return rgb;
   const float* grey = plane("Y");
   if (!grey) grey = image.channels.front().values.data();

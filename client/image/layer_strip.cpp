@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "image/heat_map.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 
@@ -18,7 +19,7 @@ absl::StatusOr<Image> layer_strip(const Image& image, const std::vector<std::str
   }
   strip.data = strip.display = {0, 0, width * count, height};
   strip.metadata = image.metadata;
-  for (const char* band : {"R", "G", "B"}) {
+  for (const char* const band : wire::kColourChannels) {
     Channel& whole = strip.add(band);
     for (std::int32_t i = 0; i < count; ++i) {
       const std::string& layer = layers[static_cast<std::size_t>(i)];

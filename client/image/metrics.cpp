@@ -11,6 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 namespace {
@@ -186,7 +187,7 @@ void test_blocks(const Pair& pair, int block, Comparison& out) {
   }
 }
 
-constexpr const char* kNames[] = {"R", "G", "B"};
+constexpr auto kNames = wire::kColourChannels;
 
 }  // namespace
 

@@ -9,6 +9,7 @@
 #include "image/metrics.h"
 #include "pilot/mean.h"
 #include "pilot/missing_light.h"
+#include "wire/colour_channels.h"
 
 namespace tessera::client {
 namespace {
@@ -119,7 +120,7 @@ Image image_of(std::span<const double> values, const PilotFrame& frame) {
   image.data.y1 = static_cast<std::int32_t>(frame.height());
   image.display = image.data;
   std::size_t next = 0;
-  for (const char* name : {"R", "G", "B"}) {
+  for (const char* const name : wire::kColourChannels) {
     for (float& value : image.add(name).values) value = static_cast<float>(values[next++]);
   }
   return image;

@@ -1,5 +1,7 @@
 #include "wire/aov_channels.h"
 
+#include "wire/colour_channels.h"
+
 #include <algorithm>
 
 namespace tessera::wire {
@@ -17,16 +19,23 @@ std::vector<ChannelDesc> list_of(const std::string& name) {
   return channels;
 }
 
+/// Those of a layer; ChannelDesc::of is the channel of the picture that each belongs to.
+std::vector<ChannelDesc> colours_of(const std::string& layer, ChannelKind kind = ChannelKind::kSum) {
+  std::vector<ChannelDesc> channels;
+  for (const std::string& name : colour_channels_of(layer)) {
+    const bool of_another = kind == ChannelKind::kSquaredDeviation;
+    channels.push_back({name, kind, static_cast<std::uint8_t>(of_another ? channels.size() : 0)});
+  }
+  return channels;
+}
+
 std::vector<ChannelDesc> channels_of(v1::AOV aov) {
   using enum ChannelKind;
   switch (aov) {
     case v1::AOV_VARIANCE:
-      // R, G, B are the channels 0, 1, 2.
-      return {{"variance.R", kSquaredDeviation, 0},
-              {"variance.G", kSquaredDeviation, 1},
-              {"variance.B", kSquaredDeviation, 2}};
+      return colours_of("variance", kSquaredDeviation);
     case v1::AOV_ALBEDO:
-      return {{"albedo.R"}, {"albedo.G"}, {"albedo.B"}};
+      return colours_of("albedo");
     case v1::AOV_NORMAL:
       return {{"normal.X"}, {"normal.Y"}, {"normal.Z"}};
     case v1::AOV_DEPTH:
@@ -61,7 +70,9 @@ std::vector<ChannelDesc> channels_of(v1::AOV aov) {
 std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs) {
   std::sort(aovs.begin(), aovs.end());
   aovs.erase(std::unique(aovs.begin(), aovs.end()), aovs.end());
-  std::vector<ChannelDesc> channels = {{"R"}, {"G"}, {"B"}, {"A"}};
+  std::vector<ChannelDesc> channels;
+  for (const char* const name : kColourChannels) channels.push_back({name});
+  channels.push_back({"A"});
   for (const v1::AOV aov : aovs) {
     std::vector<ChannelDesc> added = channels_of(aov);
     if (!added.empty() && added.front().kind == ChannelKind::kEntry) {
@@ -70,7 +81,7 @@ std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs) {
     channels.insert(channels.end(), added.begin(), added.end());
   }
   if (std::ranges::binary_search(aovs, v1::AOV_HALVES)) {
-    std::vector<ChannelDesc> halves = {{"half.R"}, {"half.G"}, {"half.B"}};
+    std::vector<ChannelDesc> halves = colours_of("half");
     for (const v1::AOV aov : aovs) {
       if (aov != v1::AOV_ALBEDO && aov != v1::AOV_NORMAL && aov != v1::AOV_DEPTH) continue;
       for (const ChannelDesc& whole : channels_of(aov)) halves.push_back({.name = "half." + whole.name});
@@ -85,7 +96,7 @@ std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view) {
   for (const int aov : view.aovs()) aovs.push_back(static_cast<v1::AOV>(aov));
   std::vector<ChannelDesc> channels = channels_for_aovs(std::move(aovs));
   for (const v1::Layer& layer : view.layers()) {
-    for (const char* band : {".R", ".G", ".B"}) channels.push_back({.name = layer.name() + band});
+    for (const std::string& name : colour_channels_of(layer.name())) channels.push_back({.name = name});
   }
   return channels;
 }

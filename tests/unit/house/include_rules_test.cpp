@@ -50,7 +50,7 @@ const std::map<std::string, Rooms>& rules() {
       {"client/denoise", {"denoise", "image", "import", "render/core", "wire"}},
       {"client/bench",
        {"bench", "base", "denoise", "image", "import", "local", "plot", "wire", "tessera/v1"}},
-      {"client/pilot", {"pilot", "bench", "image"}},
+      {"client/pilot", {"pilot", "bench", "image", "wire"}},
       {"client/command",
        {"command", "base", "bench", "denoise", "display", "expression", "farm", "image", "import", "layers",
         "local", "mesh", "options", "pilot", "plot", "transport", "wire", "tessera/v1"}},

@@ -7,17 +7,19 @@
 
 #include "render/film/filter_value.h"
 #include "render/film/pixel_order.h"
+#include "wire/colour_channels.h"
 #include "wire/halves.h"
 
 namespace tessera::render {
 
 namespace {
 
-/// Index of the channel of red light of the first half, among those that samples have; 0: there is none.
+/// Index of the first channel of light of the first half, among those that samples have; 0: there is none.
 std::size_t half_channel(const std::vector<wire::ChannelDesc>& channels) {
+  const std::string first = wire::colour_channels_of("half").front();
   std::size_t sampled = 0;
   for (const wire::ChannelDesc& channel : channels) {
-    if (channel.name == "half.R") return sampled;
+    if (channel.name == first) return sampled;
     sampled += wire::is_sampled(channel.kind) ? 1 : 0;
   }
   return 0;
