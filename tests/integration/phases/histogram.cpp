@@ -121,8 +121,8 @@ class ShowHistogram final : public Integrator {
       if (stop.stop_requested()) return false;
       for (std::size_t i = 0; i < n; ++i) {
         const auto jitter = point_of(names[i].index);
-        rays.aim(i, {(names[i].y + jitter[0]) / context_.scene.camera.height,
-                     (names[i].x + jitter[1]) / context_.scene.camera.width});
+        rays.aim(i, {(names[i].y + jitter[0]) / context_.scene.sensor.height,
+                     (names[i].x + jitter[1]) / context_.scene.sensor.width});
       }
       rays.trace(context_, n);
       std::array<float, 4 * kBatch> planes{};  // R, G, B, A

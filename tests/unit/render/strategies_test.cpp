@@ -50,7 +50,7 @@ Quarters measure(std::uint32_t samples, MakePicture&& make_picture) {
 }
 
 wire::TileResult range_of_samples(const SceneContent& content, std::uint32_t begin, std::uint32_t end) {
-  wire::TileResult result = empty_picture(content, end);
+  wire::TileResult result = empty_picture(content.tables, end);
   result.sample_begin = begin;
   return result;
 }

@@ -116,7 +116,7 @@ inline Items items_by_rays(const SceneTables& tables, const RayQuery& rays, floa
 /// A picture by the preview with samples at the pixels' middles.
 inline wire::TileResult preview_picture(const SceneContent& content, const SceneTables& tables,
                                         const std::vector<v1::AOV>& aovs = {}, std::uint32_t samples = 1) {
-  wire::TileResult result = empty_picture(content, samples);
+  wire::TileResult result = empty_picture(content.tables, samples);
   result.channels = wire::channels_for_aovs(aovs);
   RenderStats stats;
   FixedTile film(result);

@@ -12,7 +12,7 @@ namespace {
 
 /// By rays: one sample a pixel, through its middle but for 1e-6 of it.
 wire::TileResult raycast_picture(const SceneContent& content, const SceneTables& tables) {
-  wire::TileResult result = empty_picture(content, 1);
+  wire::TileResult result = empty_picture(content.tables, 1);
   RenderStats stats;
   FixedTile film(result);
   Whitted whitted(IntegratorContext{tables, *content.rays, tables.sampler.seed, stats}, 1,
@@ -147,12 +147,12 @@ TEST(ShadowMap, PenumbrasAreAsWideAsTheLampAsks) {
   const std::vector<std::uint8_t> seen(content->arrays.shapes.shapes.size(), 1);
   const auto raster = std::make_unique<Raster>(content->tables, clusters, *content->rays);
   for (std::size_t face = 0; face < map.faces(); ++face) {
-    Bins bins(clusters, content->arrays.shapes, projection_of(map.camera(face), 1e-4f, 1));
+    Bins bins(clusters, content->arrays.shapes, projection_of(map.sensor(face), 1e-4f, 1));
     for (std::size_t i = 0; i < bins.pieces(); ++i) bins.find(i, seen);
     bins.sort();
     for (int row = 0; row < bins.rows(); ++row) {
       for (int column = 0; column < bins.columns(); ++column) {
-        raster->render({map.camera(face), bins, seen}, column, row);
+        raster->render({map.sensor(face), bins, seen}, column, row);
         map.put(face, column, row, raster->nearness());
       }
     }

@@ -1,4 +1,5 @@
-// A sensor that comes from outside, as CONTRIBUTING tells how to add one: no camera, but a meter of irradiance.
+// A sensor that comes from outside, as CONTRIBUTING tells how to add one: no camera, but a meter of
+// irradiance.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -39,9 +40,10 @@ double reading(const std::string& more, std::uint32_t samples) {
   const auto content = build_kernel_scene(R"(
       camera { orthographic {} }
       film { width: 1 height: 1 }
-      materials { name: 'black' diffuse {} }
+      materials { name: 'black' diffuse { reflectance { constant { rgb {} } } } }
       shapes { disk { radius: 1 height: 1 } material: 'black' }
-      lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } })" + more,
+      lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } })" +
+                                              more,
                                           1);
   if (content == nullptr) return 0;
   SceneTables tables = content->tables;
@@ -56,8 +58,8 @@ double reading(const std::string& more, std::uint32_t samples) {
 
 TEST(ToySensor, MeasuresIrradianceAtAPoint) {
   // The share that a disk of radius r at distance h takes of a point's irradiance is r^2 / (r^2 + h^2). A
-  // (0,2)-sequence of 2^16 points errs by about its last interval on the border of the disk: 2^-8 of the sum at
-  // the very most, and much less by chance.
+  // (0,2)-sequence of 2^16 points errs by about its last interval on the border of the disk: 2^-8 of the sum
+  // at the very most, and much less by chance.
   EXPECT_NEAR(reading("", 1 << 16), std::numbers::pi / 2, 2e-3);
 }
 
