@@ -76,7 +76,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 
     absl::StatusOr<WatchBatch> batch = farm_.next_results(job_, after_, status_only_);
     if (!batch.ok()) return finish(transport::to_grpc(batch.status()));
-    const bool status_due = std::chrono::steady_clock::now() - last_message_ >= kStatusInterval;
+    const bool status_due = !last_message_ || farm_.clock().now() - *last_message_ >= kStatusInterval;
     if (batch->response.results().empty() && !batch->finished && !status_due) return true;
     message_ = std::move(batch->response);
     after_ = batch->last;
@@ -102,7 +102,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   std::mutex mutex_;
   std::uint64_t after_;
   v1::WatchJobResponse message_;
-  FarmClock::TimePoint last_message_{};
+  std::optional<FarmClock::TimePoint> last_message_;
   bool writing_ = false;
   bool broken_ = false;
   bool last_message_sent_ = false;

@@ -27,10 +27,7 @@ bool AmbientOcclusion::render(SampleSource& work, Film& film, std::stop_token st
 
 void AmbientOcclusion::intersect() {
   const StageTimer timer(stats_.times, Stage::kIntersection);
-  const float* const times = scene_.any_motion ? camera_rays_.time : nullptr;
-  rays_.nearest(arrays_of(camera_rays_.origin, camera_rays_.direction, times), batch_.size(), true,
-                hits_.arrays());
-  miss_unseen(scene_, camera_rays_, batch_.size(), hits_);
+  find_hits(scene_, rays_, camera_rays_, batch_.size(), 0, PathOrder::kNeighbours, hits_);
 }
 
 void AmbientOcclusion::look_around() {

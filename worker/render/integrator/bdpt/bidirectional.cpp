@@ -110,11 +110,7 @@ void Bidirectional::advance(int depth) {
 
 void Bidirectional::intersect(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
-  const bool coherent = depth == 0 && starts_coherent_rays(scene_.sensor);
-  const PathState& paths = frontier_.paths;
-  rays_.nearest(arrays_of(paths.origin, paths.direction, scene_.any_motion ? paths.time : nullptr),
-                frontier_.size(), coherent, frontier_.hits.arrays());
-  if (depth == 0) miss_unseen(scene_, paths, frontier_.size(), frontier_.hits);
+  find_hits(scene_, rays_, frontier_.paths, frontier_.size(), depth, PathOrder::kNeighbours, frontier_.hits);
 }
 
 void Bidirectional::shade(int depth) {

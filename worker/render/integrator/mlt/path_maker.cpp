@@ -50,10 +50,8 @@ void PathMaker::make(PathBatch& batch) {
 void PathMaker::intersect(bool from_sensor) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
   stats_.bounce_rays += static_cast<std::uint64_t>(frontier_.size());
-  const PathState& paths = frontier_.paths;
-  rays_.nearest(arrays_of(paths.origin, paths.direction, scene_.any_motion ? paths.time : nullptr),
-                frontier_.size(), false, frontier_.hits.arrays());
-  if (from_sensor) miss_unseen(scene_, paths, frontier_.size(), frontier_.hits);
+  find_hits(scene_, rays_, frontier_.paths, frontier_.size(), from_sensor ? 0 : 1, PathOrder::kAny,
+            frontier_.hits);
 }
 
 TransitNumbers PathMaker::numbers_on_the_way(const PathBatch& batch, int event, bool from_light) const {

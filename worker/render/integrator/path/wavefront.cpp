@@ -2,7 +2,6 @@
 
 #include "render/integrator/vertex/dimensions.h"
 #include "render/integrator/vertex/layers.h"
-#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -53,12 +52,8 @@ void Wavefront::trace_to_lights(int depth) {
 
 void Wavefront::intersect(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
-  const bool coherent = depth == 0 && starts_coherent_rays(scene_.sensor);
-  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times_of(paths_.time)), alive_, coherent,
-                hits_.arrays());
-  if (depth > 0) return;
-  miss_unseen(scene_, paths_, alive_, hits_);
-  batch_.miss_unsampled(hits_);
+  find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
+  if (depth == 0) batch_.miss_unsampled(hits_);
 }
 
 void Wavefront::trace_shadow_rays() {

@@ -160,9 +160,7 @@ void PhotonMapper::advance(int depth) {
 void PhotonMapper::find_points(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  const float* const times = scene_.any_motion ? paths_.time : nullptr;
-  rays_.nearest(arrays_of(paths_.origin, paths_.direction, times), alive_, depth == 0, hits_.arrays());
-  if (depth == 0) miss_unseen(scene_, paths_, alive_, hits_);
+  find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
 }
 
 void PhotonMapper::add_emission(const Event& e, Mask active) {

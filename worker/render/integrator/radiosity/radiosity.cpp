@@ -52,8 +52,7 @@ void Radiosity::meet(int depth) {
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
   {
     const StageTimer timer(stats_.times, Stage::kIntersection);
-    rays_.nearest(arrays_of(paths_.origin, paths_.direction, nullptr), alive_, depth == 0, hits_.arrays());
-    if (depth == 0) miss_unseen(scene_, paths_, alive_, hits_);
+    find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
   }
   const bool gather = scene_.radiosity.final_gather;
   int kept = 0;

@@ -18,10 +18,14 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-void miss_unseen(const SceneTables& scene, const PathState& sensor_rays, int n, HitState& hits) {
-  if (!misses_some_hits(scene.sensor)) return;
+void find_hits(const SceneTables& scene, const RayQuery& rays, const PathState& paths, int n, int depth,
+               PathOrder order, HitState& hits) {
+  const bool coherent = depth == 0 && order == PathOrder::kNeighbours && starts_coherent_rays(scene.sensor);
+  rays.nearest(arrays_of(paths.origin, paths.direction, scene.any_motion ? paths.time : nullptr), n, coherent,
+               hits.arrays());
+  if (depth > 0 || !misses_some_hits(scene.sensor)) return;
   for (int i = 0; i < n; i += kWidth) {
-    const WidePath path = load(scene, sensor_rays, i);
+    const WidePath path = load(scene, paths, i);
     const Float time = scene.any_motion ? path.time : Float(0.0f);
     const Mask reached = is_within_reach(scene.sensor, path.direction, Float::load(hits.t + i), time);
     const Mask seen = and_not(reached, is_black(path.beta));

@@ -19,9 +19,13 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Misses in place of those hits of rays from the sensor that it does not see: beyond its far plane, or of
-/// rays that have never left it.
-void miss_unseen(const SceneTables& scene, const PathState& sensor_rays, int n, HitState& hits);
+/// Whether paths that begin at the sensor one after the other are neighbours on its raster.
+enum class PathOrder { kNeighbours, kAny };
+
+/// Finds what `n` paths meet after `depth` events. Of what rays from the sensor meet, what it does not see is
+/// a miss: things beyond its far plane, and all that is met by rays which have never left it.
+void find_hits(const SceneTables& scene, const RayQuery& rays, const PathState& paths, int n, int depth,
+               PathOrder order, HitState& hits);
 
 /// Where samples lie in their pixels.
 enum class SamplePlaces {

@@ -48,9 +48,7 @@ void Whitted::find_points(const PathState& rays, int n, int depth) {
   if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(n);
   {
     const StageTimer timer(stats_.times, Stage::kIntersection);
-    const float* const times = scene_.any_motion ? rays.time : nullptr;
-    rays_.nearest(arrays_of(rays.origin, rays.direction, times), n, depth == 0, hits_.arrays());
-    if (depth == 0) miss_unseen(scene_, rays, n, hits_);
+    find_hits(scene_, rays_, rays, n, depth, PathOrder::kNeighbours, hits_);
   }
   const StageTimer timer(stats_.times, Stage::kShading);
   packets_ = (n + kWidth - 1) / kWidth;
