@@ -63,7 +63,7 @@ TEST_F(Phases, TheFarmGivesTheBitsOfOneProcess) {
 // (soak) kills at random.
 TEST_F(Phases, AWorkerAndTheCoordinatorMayDieWithinThem) {
   FarmUnderTest farm;
-  // Of one host: its own death would otherwise speak against the units.
+  // Both have one host: the death of a host's only worker would speak against the units.
   for (int i = 0; i < 2; ++i) farm.add_worker(1, "host");
   const std::string job = farm.submit_detached(kJob);
   farm.watch_until(job, [](const v1::JobStatus& status) { return status.units_done() >= 1; });

@@ -57,8 +57,8 @@ TEST_F(DeployScripts, ABuildThatDoesNotBeginSaysWhy) {
   EXPECT_THAT(build().err, HasSubstr("ninja: error: loading build.ninja\n"));
 }
 
-/// What changed_files() of deploy/lib.sh says in a repository of three commits, of which CI noted the last
-/// that passed.
+/// Returns what changed_files() of deploy/lib.sh says in a repository of three commits, of which CI noted the
+/// last that passed.
 TEST_F(DeployScripts, ChangesCountFromTheLastCommitThatPassed) {
   const std::string folder = folder_.path().string();
   const std::string script =

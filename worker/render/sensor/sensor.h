@@ -39,8 +39,8 @@ struct SensorConnection {
   // Radiance that leaves the point towards the lens, times this and the cosine there, is the point's part of
   // the integral over surfaces that gives a pixel's value, for a box filter of one pixel.
   Float importance;
-  // Of one sample of the pixel, by area across the ray at the point, given the point of the lens. Importance
-  // is this times the weight of the ray.
+  // The density of one sample of the pixel, by area across the ray at the point, given the point of the lens.
+  // Importance is this times the weight of the ray.
   Float density;
   Float open_part;  // of the way from the point to the lens: things beyond are too near to be seen
   Mask valid;       // the point is within what the sensor sees

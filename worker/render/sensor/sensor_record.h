@@ -46,8 +46,6 @@ struct SensorRecord {
   std::int32_t width = 1, height = 1;  // of the raster, pixels
   std::int32_t medium = -1;            // that the sensor stands in
   Response response;
-
-  double pixels() const { return static_cast<double>(width) * height; }
 };
 
 }  // namespace tessera::render

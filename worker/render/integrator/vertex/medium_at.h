@@ -6,7 +6,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// A straight way from the camera, whose medium is known, to `point`.
+/// A straight way from the sensor, whose medium is known, to `point`.
 WideConnection way_from_sensor(const SceneTables& scene, Vec3 point, Float time, Int slot);
 
 /// Walks all ways of the queue to their ends, through whatever is in between, and sets media[slot] to the

@@ -16,7 +16,7 @@ inline Vec3 point_of_lens(const SensorRecord& sensor, Vec2 u_lens) {
   return {disk.x * sensor.lens_radius, disk.y * sensor.lens_radius, Float(0.0f)};
 }
 
-/// Of the plane that the raster lies in.
+/// The area that a pixel has in the plane of the raster.
 inline float pixel_area(const SensorRecord& sensor) { return std::abs(sensor.scale_x * sensor.scale_y); }
 /// The longer side of a pixel there.
 inline float pixel_step(const SensorRecord& sensor) {
