@@ -87,8 +87,7 @@ std::optional<Failed> load_variant(const RenderOptions& options, const std::stri
   if (loaded.job == nullptr) return Failed{exit_code};
   const v1::JobSpec& spec = loaded.job->job->spec;
   if (refusal != nullptr) {
-    const std::string obstacle = wire::obstacle_to(
-        *wire::find_algorithm(spec.content().algorithms().integrator()), loaded.job->imported.scene);
+    const std::string obstacle = wire::obstacle_to(spec.content().algorithms(), loaded.job->imported.scene);
     if (!obstacle.empty()) *refusal = absl::InvalidArgumentError(obstacle);
     if (!refusal->ok()) return Failed{kBadScene};
   }

@@ -13,7 +13,7 @@
 #include "image/exr.h"
 #include "image/layer_strip.h"
 #include "import/import.h"
-#include "local/shape_check.h"
+#include "local/scene_check.h"
 
 namespace tessera::client {
 namespace {

@@ -30,7 +30,7 @@
 #include "import/import.h"
 #include "import/tessera_scene/animation.h"
 #include "local/local_farm.h"
-#include "local/shape_check.h"
+#include "local/scene_check.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
 #include "wire/film_size.h"
@@ -384,6 +384,17 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     exit_code = report(code, std::string{job.status().message()});
     return nullptr;
   }
+  if (const absl::Status fits =
+          status_of(find_job_faults(loaded->imported.scene, job->job->spec), loaded->imported);
+      !fits.ok()) {
+    if (refusal != nullptr) {
+      *refusal = fits;
+    } else {
+      exit_code = report(kBadScene, std::string{fits.message()});
+    }
+    return nullptr;
+  }
+  loaded->imported.places.clear();
   loaded->job = std::move(job->job);
   if (options.frame) {
     loaded->job->spec.mutable_farm()->set_frame(*options.frame);

@@ -47,25 +47,31 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   for (const wire::BadNumber& bad : wire::find_bad_numbers(scene->scene, Diagnostics::kMaxErrors)) {
     diagnostics.error(whole_file, bad.to_string());
   }
-  if (options.find_faults && !diagnostics.has_errors()) {
-    for (const SceneFault& fault : options.find_faults(*scene)) {
-      const auto known = scene->places.find(fault.element);
-      if (known == scene->places.end()) {
-        diagnostics.error(whole_file, concat(fault.place, ": ", fault.message));
-        continue;
-      }
-      const Diagnostic& place = known->second;
-      diagnostics.error({diagnostics.add_file(place.file), place.line, place.column},
-                        concat(place.message, fault.message));
-    }
-  }
-  scene->places.clear();
   if (absl::Status sound = diagnostics.status(); !sound.ok()) return sound;
+  scene->file = path.string();
+  if (options.find_faults) {
+    if (absl::Status sound = status_of(options.find_faults(*scene), *scene); !sound.ok()) return sound;
+  }
   if (!options.defines.empty() && !name.ends_with(".xml")) {
     scene->warnings.push_back(
         {path.string(), 0, 0, "this kind of scene file has no parameters: definitions have no effect"});
   }
   return scene;
+}
+
+absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScene& scene) {
+  Diagnostics diagnostics;
+  for (const SceneFault& fault : faults) {
+    const auto known = scene.places.find(fault.element);
+    if (known == scene.places.end()) {
+      diagnostics.error({.file = diagnostics.add_file(scene.file)}, concat(fault.place, ": ", fault.message));
+      continue;
+    }
+    const Diagnostic& place = known->second;
+    diagnostics.error({diagnostics.add_file(place.file), place.line, place.column},
+                      concat(place.message, fault.message));
+  }
+  return diagnostics.status();
 }
 
 absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path& path) {

@@ -45,6 +45,10 @@ inline constexpr char kSceneFiles[] =
 absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path,
                                            const ImportOptions& options = {});
 
+/// InvalidArgument lists the faults as those of import_scene(), each at its element's place in the file where
+/// that is known; OK where there are none.
+absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScene& scene);
+
 /// Writes a scene that `import_scene` reads again: .textproto, .pbtxt or .tsb, with its blobs in a folder
 /// beside it
 /// ("kitchen.textproto" and "kitchen-blobs/").

@@ -46,7 +46,9 @@ std::vector<Candidate> candidates_of(const JobSettings& request, const ImportedS
     // Without media, path and volpath are the same.
     if (algorithm == nullptr || (tried == std::string("volpath") && !media)) continue;
     Candidate& candidate = candidates.emplace_back(Candidate{algorithm, nullptr, {}});
-    if (const std::string obstacle = wire::obstacle_to(*algorithm, imported.scene); !obstacle.empty()) {
+    v1::Algorithms algorithms;
+    algorithms.set_integrator(tried);
+    if (const std::string obstacle = wire::obstacle_to(algorithms, imported.scene); !obstacle.empty()) {
       candidate.refusal = absl::InvalidArgumentError(obstacle);
       continue;
     }

@@ -22,8 +22,10 @@ struct ImportedScene {
   v1::Scene scene;
   std::vector<SceneBlob> blobs;  // one a digest, in order of first use
   std::vector<Diagnostic> warnings;
-  // Where the file has shapes that may be faulty, by their messages in `scene`; import_scene() clears it.
+  // Where the file has elements that may be faulty, by their messages in `scene`, and what they are:
+  // "shape (lamp): ".
   std::unordered_map<const void*, Diagnostic> places = {};
+  std::string file = "";  // that it was read from
 };
 
 }  // namespace tessera::client

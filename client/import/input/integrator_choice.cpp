@@ -11,9 +11,10 @@ namespace {
 
 /// Why our algorithm does not render the scene; empty: it does.
 std::string hindrance(const IntegratorName& asked, const v1::Scene& scene) {
-  const wire::AlgorithmTraits* const algorithm = wire::find_algorithm(asked.ours);
-  if (algorithm == nullptr) return "does not exist here";
-  return wire::obstacle_to(*algorithm, scene, asked.sees_media);
+  if (wire::find_algorithm(asked.ours) == nullptr) return "does not exist here";
+  v1::Algorithms algorithms;
+  algorithms.set_integrator(std::string(asked.ours));
+  return wire::obstacle_to(algorithms, scene, asked.sees_media);
 }
 
 }  // namespace

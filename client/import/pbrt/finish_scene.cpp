@@ -230,6 +230,10 @@ void DirectiveHandler::finish() {
 
 void DirectiveHandler::note_places() {
   if (context_.diagnostics.has_errors()) return;
+  if (const SourceLocation where = camera_.parameters.where(); where.line > 0) {
+    context_.places[&context_.scene.camera()] = {context_.diagnostics.file_name(where.file), where.line,
+                                                 where.column, "camera: "};
+  }
   for (const PendingShape& pending : pending_shapes_) {
     const v1::Shape& shape = *pending.shape;
     const bool operand = pending.is_operand;

@@ -268,7 +268,10 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
     if (in.scale != 1) light.set_scale(static_cast<float>(in.scale));
     const std::filesystem::path file = context.diagnostics.file_name(parameters.where().file);
     light.set_name(concat(type, " light, ", file.filename().string(), ":", parameters.where().line));
-    *context.scene.add_lights() = std::move(light);
+    v1::Light& added = *context.scene.add_lights();
+    added = std::move(light);
+    context.places[&added] = {file.string(), parameters.where().line, parameters.where().column,
+                              concat(type, " light: ")};
     return;
   }
   context.diagnostics.error(parameters.where(),

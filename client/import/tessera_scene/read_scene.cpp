@@ -157,8 +157,29 @@ void note_shapes(const std::string& file, const Holder& holder, Locations& locat
   }
 }
 
+/// Notes where the elements of a repeated field of the scene stand.
+template <class Elements>
+void note_elements(const std::string& file, const Elements& elements, const char* field, const char* what,
+                   Locations& locations, std::unordered_map<const void*, Diagnostic>& places) {
+  const auto* const descriptor = v1::Scene::descriptor()->FindFieldByName(field);
+  for (int i = 0; i < elements.size(); ++i) {
+    const auto at = locations.GetLocation(descriptor, i);
+    if (at.line < 0) return;
+    const std::string name = elements[i].name().empty() ? "" : concat(" (", elements[i].name(), ")");
+    places[&elements[i]] = {file, static_cast<std::uint32_t>(at.line + 1),
+                            static_cast<std::uint32_t>(at.column + 1), concat(what, name, ": ")};
+  }
+}
+
 void note_places(const std::string& file, Locations& locations, ImportedScene& imported) {
   note_shapes(file, imported.scene, locations, imported.places);
+  note_elements(file, imported.scene.lights(), "lights", "light", locations, imported.places);
+  note_elements(file, imported.scene.materials(), "materials", "material", locations, imported.places);
+  const auto camera = locations.GetLocation(v1::Scene::descriptor()->FindFieldByName("camera"), -1);
+  if (camera.line >= 0) {
+    imported.places[&imported.scene.camera()] = {file, static_cast<std::uint32_t>(camera.line + 1),
+                                                 static_cast<std::uint32_t>(camera.column + 1), "camera: "};
+  }
   const auto* const objects = v1::Scene::descriptor()->FindFieldByName("objects");
   for (int i = 0; i < imported.scene.objects_size(); ++i) {
     if (Locations* const of_object = locations.GetTreeForNested(objects, i))

@@ -165,7 +165,9 @@ std::string call_of_ffmpeg(const support::TempDir& directory, RenderOptions opti
   options.scene = directory / "scene.textproto";
   options.frames.preview_video = directory / "film.mp4";
   write_bytes(options.scene,
-              "animation { frames_per_second: 30 }\nfilm { width: 4 height: 4 }\ncamera { perspective {} }\n"
+              "animation { frames_per_second: 30 }\nfilm { width: 4 height: 4 }\ncamera { perspective { "
+              "fov_degrees: 40 } "
+              "}\n"
               "shapes { sphere { radius: 1 } }\n");
   const StartFrame start = [](const RenderOptions& frame, int& exit_code) -> FrameJob {
     if (load_job(frame, exit_code) == nullptr) return nullptr;

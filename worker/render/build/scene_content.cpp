@@ -28,6 +28,7 @@
 #include "render/build/view/settings.h"
 #include "render/build/view/view.h"
 #include "render/core/stopped.h"
+#include "wire/algorithm_fit.h"
 #include "wire/message_digest.h"
 
 namespace tessera::render {
@@ -69,33 +70,8 @@ struct ArrayBuilders {
     if (auto s = instances.build(scene, nesting, wants_flat); !s.ok()) return s;
     throw_if_stopped(stop);
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
-    if (auto s = lights.add_lights(scene.lights()); !s.ok()) return s;
-    return check_shapes();
+    return lights.add_lights(scene.lights());
   }
-
-  absl::Status check_shapes() const {
-    if (!algorithm.motion && !arrays.shapes.motion_steps.empty()) {
-      return absl::InvalidArgumentError(absl::StrCat(
-          "integrator '", algorithm.name, "' wants a scene that stands still; shapes of this one move"));
-    }
-    if (algorithm.starts_at_lights && std::ranges::any_of(arrays.shapes.curves, turns_to_rays)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("integrator '", algorithm.name,
-                       "' cannot light flat curves and cylinders, which turn to whoever looks"));
-    }
-    const auto from_afar = [&](const LightRecord& light) {
-      return arrays.lights.sources(light.kind).traits.at_infinity;
-    };
-    if (algorithm.starts_at_lights && any_unbounded(arrays.shapes) &&
-        std::ranges::any_of(arrays.lights.lights, from_afar)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("integrator '", algorithm.name,
-                       "' cannot start light at infinity that falls on all of a half-space: take another "
-                       "integrator, a disk or a box"));
-    }
-    return absl::OkStatus();
-  }
-  static bool turns_to_rays(const CurvesRecord& curves) { return curves.kind != CurveKind::kRibbon; }
 };
 
 namespace {
@@ -307,12 +283,11 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
+  const v1::Algorithms& algorithms = job.content().algorithms();
+  if (const auto obstacles = wire::find_obstacles(algorithms, scene, 1); !obstacles.empty())
+    return absl::InvalidArgumentError(obstacles.front().to_string(algorithms));
   if (auto s = builders.run(); !s.ok()) return s;
   accel.structures.prepare(arrays.shapes);
-  if (settings.photon.one_map && !arrays.shapes.motion_steps.empty()) {
-    return absl::InvalidArgumentError(
-        "one map of photons for all passes wants a scene that stands still; shapes of this one move");
-  }
   const auto medium = builders.media.names().find(scene.camera().medium());
   if (!medium.ok()) return located(medium.status(), "camera");
   tables.sensor.medium = *medium;

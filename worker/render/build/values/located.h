@@ -4,11 +4,11 @@
 #include <string>
 
 #include "absl/status/status.h"
+#include "wire/scene_place.h"
 
 namespace tessera::render {
 
-/// "shape 12 (lamp)"
-std::string place_in_scene(const char* what, int index, const std::string& name);
+using wire::place_in_scene;
 
 /// "shape 12 (lamp): " before the message of a status that is not OK.
 absl::Status located(const absl::Status& status, const std::string& where);
