@@ -97,6 +97,8 @@ TESSERA_INLINE Mask mask_of(DoubleMask m) {
   }
   return Mask::from_bits(bits);
 }
+/// The same where a Real is a Float.
+TESSERA_INLINE Mask mask_of(Mask m) { return m; }
 TESSERA_INLINE DoubleMask double_mask_of(Mask m) {
   const Double one(select(m, Float(1.0f), Float(0.0f)));
   return one > Double(0.5);

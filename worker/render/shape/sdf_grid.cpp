@@ -3,6 +3,7 @@
 #include "render/core/affine.h"
 #include "render/shape/analytic_shape.h"
 #include "render/shape/error_bound.h"
+#include "render/shape/implicit/refine_bracket.h"
 #include "render/shape/sdf_voxel.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -13,7 +14,9 @@ struct Cubic {
   Float c0, c1, c2, c3;
 
   TESSERA_INLINE Float operator()(Float t) const { return fma(fma(fma(c3, t, c2), t, c1), t, c0); }
-  TESSERA_INLINE Float slope(Float t) const { return fma(fma(3.0f * c3, t, 2.0f * c2), t, c1); }
+  TESSERA_INLINE Dual<Float, 1> with_slope(Float t) const {
+    return {(*this)(t), {fma(fma(3.0f * c3, t, 2.0f * c2), t, c1)}};
+  }
 };
 
 /// Along p + t d in voxel space: the sum over corners of products of three linear factors.
@@ -42,7 +45,7 @@ void split(const Cubic& f, Float root, Mask usable, Float& low, Float& high, Flo
 }
 
 /// The first root in [0, end], or a negative number. The derivative's roots cut the range into monotonic
-/// parts; Newton's method within a bracket finds the root.
+/// parts; Newton's method within a bracket finds the root, from where a line through its ends is zero.
 Float first_root(const Cubic& f, Float end, Mask active) {
   const Float a = 3.0f * f.c3, half_b = f.c2, c = f.c1;
   const Float discriminant = half_b * half_b - a * c;
@@ -60,22 +63,9 @@ Float first_root(const Cubic& f, Float end, Mask active) {
   if (none(bracketed)) return Float(-1.0f);
 
   const Float slope = f_high - f_low;
-  Float t = low - f_low * (high - low) / select(slope == 0.0f, 1.0f, slope);
-  t = min(max(t, low), high);
-  constexpr int kMostSteps = 40;  // bisection alone needs 24
-  for (int i = 0; i < kMostSteps; ++i) {
-    const Float value = f(t);
-    const Mask before = value * f_low <= 0.0f;
-    high = select(before, t, high);
-    low = select(before, low, t);
-    const Float newton = t - value / f.slope(t);
-    const Mask inside = (newton > low) & (newton < high);
-    const Float next = select(value == 0.0f, t, select(inside, newton, 0.5f * (low + high)));
-    const Mask moves = bracketed & (abs(next - t) > 1e-7f * end);
-    t = next;
-    if (none(moves)) break;
-  }
-  return select(bracketed, t, -1.0f);
+  const Float start = low - f_low * (high - low) / select(slope == 0.0f, 1.0f, slope);
+  const Float root = refine_bracket(f, low, high, min(max(start, low), high), bracketed, 1e-7f * end);
+  return select(bracketed, root, -1.0f);
 }
 
 /// A sample of the grid, the nearest one for places outside.

@@ -290,6 +290,47 @@ TEST(SdfSurface, PlanesAreExactAndHaveNoHoles) {
   }
 }
 
+/// Value of a trilinear field between eight corners (x + 2 y + 4 z), in double.
+double field_at(const std::array<double, 8>& corners, Point p) {
+  double sum = 0;
+  for (int i = 0; i < 8; ++i) {
+    const double along[3] = {i & 1 ? p.x : 1 - p.x, i & 2 ? p.y : 1 - p.y, i & 4 ? p.z : 1 - p.z};
+    sum += corners[static_cast<std::size_t>(i)] * along[0] * along[1] * along[2];
+  }
+  return sum;
+}
+
+TEST(SdfSurface, HitsAreRootsOfTheField) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1), value(-1, 1);
+  int hits = 0;
+  for (int k = 0; k < 4000; ++k) {
+    std::array<double, 8> corners;
+    for (double& corner : corners) corner = static_cast<float>(value(random));
+    const ShapeTable table = sdf_table(
+        {2, 2, 2}, [&](Point p) { return field_at(corners, p); }, false);
+    const Traced traced(table);
+    Rays rays;
+    for (int i = 0; i < kWidth; ++i) {
+      const Point to{uniform(random), uniform(random), uniform(random)};
+      const Point from{4 * uniform(random) - 2, 4 * uniform(random) - 2, 4 * uniform(random) - 2};
+      const Point way = to - from;
+      rays.set(i, from, way * (1 / length(way)));
+    }
+    traced(rays);
+    for (int i = 0; i < kWidth; ++i) {
+      if (rays.shape[i] < 0) continue;
+      ++hits;
+      // Between corners of +-1, the field rises by at most 2 sqrt 3 along a ray. The ray's numbers, the
+      // voxel's and t are below 8, so the place is off by some 8 2^-24, of which each coordinate has a part;
+      // the cubic's coefficients add roundings of sums of 8 corners: 32 2^-24 in all, times the slope.
+      EXPECT_NEAR(field_at(corners, rays.origin(i) + rays.direction(i) * double{rays.t[i]}), 0,
+                  32 * 2 * std::sqrt(3.0) * 0x1p-24);
+    }
+  }
+  EXPECT_GT(hits, 20000);
+}
+
 TEST(SdfSurface, SpheresToTheOrderOfInterpolation) {
   const Point centre{0.5, 0.52, 0.49};
   constexpr double kRadius = 0.3;

@@ -38,5 +38,35 @@ TEST(RefineBracket, StopsOnceItIsAtTheRoot) {
   }
 }
 
+/// t + 0.3 t^2 - height in each lane, in floats; counts its evaluations.
+struct CountedSquare {
+  Float height;
+  mutable int slopes = 0;
+
+  Float operator()(Float t) const { return fma(fma(Float(0.3f), t, 1.0f), t, -height); }
+  Dual<Float, 1> with_slope(Float t) const {
+    ++slopes;
+    return {(*this)(t), {fma(Float(0.6f), t, 1.0f)}};
+  }
+};
+
+/// f'' is 0.6 and f' at least 1 over [0, 1], so an error e becomes 0.3 e^2 at most. The line through the ends
+/// is off by 0.6 / 8 = 0.075 at most: three steps lead to 2e-3, 9e-7 and the last bits. The product with t
+/// rounds f by 2^-24, so the step that notices is below 2^-22, with the error before it. A search that halves
+/// a bracket of which one end is the root goes on with 20 steps.
+TEST(RefineBracket, StopsOnceItIsAtTheRootInFloats) {
+  for (int k = 0; k < 32; ++k) {
+    alignas(64) float heights[kWidth], roots[kWidth];
+    for (int i = 0; i < kWidth; ++i)
+      heights[i] = static_cast<float>(1.3 * (0.02 + 0.96 * (k * kWidth + i) / (32.0 * kWidth)));
+    const CountedSquare f{Float::load(heights)};
+    const Float start = f.height / 1.3f;
+    refine_bracket(f, Float(0.0f), Float(1.0f), start, Mask::all(), Float(0x1p-22f)).store(roots);
+    EXPECT_LE(f.slopes, 4);
+    for (int i = 0; i < kWidth; ++i)
+      EXPECT_NEAR(roots[i], (std::sqrt(1 + 1.2 * heights[i]) - 1) / 0.6, 0x1p-22);
+  }
+}
+
 }  // namespace
 }  // namespace tessera::render::TESSERA_ISA
