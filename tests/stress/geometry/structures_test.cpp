@@ -30,9 +30,9 @@ constexpr Named kJudged[] = {{"bvh-median of 16", StructureKind::kBvhMedian, tru
 
 class Structured {
  public:
-  Structured(const Named& named, const ShapeTable& table) {
+  Structured(const Named& named, const ShapeTable& table, bool shadow_cache = false) {
     auto built = build_structure(named.kind, table, textures_, structure_kernel().analytic,
-                                 {.threads = 2, .wide = named.wide});
+                                 {.threads = 2, .wide = named.wide, .shadow_cache = shadow_cache});
     EXPECT_TRUE(built.ok()) << built.status();
     structure_ = *std::move(built);
     query_ = structure_kernel().make_query(*structure_);
@@ -261,6 +261,72 @@ TEST(Structures, CountWhatTheyVisit) {
     EXPECT_EQ(figures.primitives, triangles);
     EXPECT_GE(figures.references, triangles);
     EXPECT_GE(structured.structure().memory_bytes(), triangles * sizeof(Primitive));
+  }
+}
+
+TEST(Structures, AnswerTheSameWithAShadowCache) {
+  for (const ShapeTable& table : {sheets(), stadium(), many_kinds(), nested_kinds()}) {
+    for (const Named& one : kJudged) {
+      SCOPED_TRACE(one.name);
+      const Structured plain(one, table), cached(one, table, true);
+      Numbers random(31);
+      TimedRays rays;
+      int blocked = 0;
+      for (std::int64_t all = 0; all < stress_count(4e3, 1e5); all += TimedRays::kSize) {
+        fill(rays, table, 1, {}, random);
+        // Of light from a few places, again and again, and from infinity.
+        for (int i = 0; i < TimedRays::kSize; ++i) {
+          if (i % 4 == 0) rays.distance[i] = HUGE_VALF;
+          if (i % 4 == 1) rays.aim(i, in_cube(random, 3), Point{0.1, 0.2, 3} * (i % 8 == 1 ? 1 : -1));
+          if (i % 16 == 2) rays.distance[i] = -1;
+        }
+        TimedRays expected = rays;
+        plain.query().occluded(expected.timed(), TimedRays::kSize, expected.distance);
+        cached.query().occluded(rays.timed(), TimedRays::kSize, rays.distance);
+        ASSERT_EQ(std::memcmp(rays.distance, expected.distance, sizeof(rays.distance)), 0);
+        blocked += static_cast<int>(std::ranges::count_if(rays.distance, [](float d) { return d < 0; }));
+      }
+      EXPECT_GT(blocked, 100);
+    }
+  }
+}
+
+/// Rays so close that one primitive blocks all of them: the first is searched for, and no other opens a node.
+TEST(Structures, ShadowCachesAnswerWhatTheLastOccluderBlocks) {
+  for (const ShapeTable& table : {stadium(), many_kinds()}) {
+    for (const Named& one : kJudged) {
+      SCOPED_TRACE(one.name);
+      const Structured plain(one, table), cached(one, table, true);
+      Numbers random(37);
+      int lights = 0;
+      for (int tried = 0; tried < 20; ++tried) {
+        TimedRays rays;
+        const Point from = in_cube(random, 3), to = in_cube(random, 3);
+        const auto aim = [&](int n) {
+          for (int i = 0; i < n; ++i) {
+            rays.time[i] = 0.5f;
+            rays.aim(i, from + in_cube(random, 1e-6), to);
+            rays.distance[i] = 3;
+          }
+        };
+        const auto opened = [&](const Structured& structured, int n) {
+          const RayVisits before = structured.query().visits();
+          structured.query().occluded(rays.timed(), n, rays.distance);
+          return structured.query().visits() - before;
+        };
+        aim(1);
+        const RayVisits first = opened(plain, 1);
+        if (!(rays.distance[0] < 0)) continue;
+        aim(TimedRays::kSize);
+        const RayVisits all = opened(cached, TimedRays::kSize);
+        ASSERT_EQ(std::ranges::count_if(rays.distance, [](float d) { return d < 0; }), TimedRays::kSize);
+        EXPECT_EQ(all.nodes, first.nodes);
+        // One test for each of the others, and one against what blocked rays to the light before.
+        EXPECT_LE(all.primitives, first.primitives + TimedRays::kSize);
+        ++lights;
+      }
+      EXPECT_GT(lights, 5);
+    }
   }
 }
 

@@ -103,6 +103,7 @@ absl::Status TreeStructure<Tree>::build_level(const StructureOptions& options, L
 
 template <class Tree>
 absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const StructureOptions& options) {
+  shadow_cache_ = options.shadow_cache;
   objects_.resize(shapes_.objects.size());
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const ObjectRange& range = shapes_.objects[i];

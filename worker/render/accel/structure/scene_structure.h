@@ -42,6 +42,7 @@ struct StructureOptions {
   int threads = 1;
   bool wide = false;  // sixteen boxes at a step, where a structure can (BVH); else as it is read
   double grid_density = kGridDensity;  // cells a primitive
+  bool shadow_cache = false;           // shadow rays are tested against the last occluder first
   std::stop_token stop = {};
 };
 
@@ -51,6 +52,7 @@ class SceneStructure : public RayStructure {
   StructureKind kind() const { return kind_; }
   const ShapeTable& shapes() const { return shapes_; }
   const TextureTable& textures() const { return textures_; }
+  bool has_shadow_cache() const { return shadow_cache_; }
 
   StructureFigures figures() const final { return figures_; }
   std::size_t memory_bytes() const final { return static_cast<std::size_t>(figures_.bytes); }
@@ -66,6 +68,7 @@ class SceneStructure : public RayStructure {
   const TextureTable& textures_;
   StructureFigures figures_;
   float radius_ = 0, centre_[3] = {0, 0, 0};
+  bool shadow_cache_ = false;
 };
 
 /// A list of primitives and what is built over it.

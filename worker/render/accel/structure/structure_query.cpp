@@ -1,6 +1,9 @@
 #include "render/accel/structure/structure_query.h"
 
+#include <algorithm>
 #include <atomic>
+#include <cmath>
+#include <limits>
 #include <tuple>
 
 #include "render/accel/brute/brute_walk.h"
@@ -19,6 +22,13 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
+/// The way down to a primitive, by its number in the list of each level.
+struct Way {
+  static constexpr int kMostLevels = 4;  // longer ways are not kept
+  std::uint32_t steps[kMostLevels];
+  int length = 0;  // 0: there is none
+};
+
 /// Nearest hit that a ray has met so far; of those that are equally near the one with the least numbers, so
 /// that the order of a walk does not matter. Where any hit will do, `t` stays.
 struct Found {
@@ -26,6 +36,7 @@ struct Found {
   float u = 0, v = 0;
   std::int32_t shape = -1, primitive = -1;
   std::int64_t place = -1;
+  Way* way = nullptr;  // set where any hit will do, if wanted: to what was hit
 
   bool gives_way_to(const Meeting& other, const Primitive& p, std::int64_t at_place) const {
     if (other.t != t) return other.t < t;
@@ -43,6 +54,7 @@ struct Tracer {
   const std::int64_t place;  // of the level's object; without objects in objects the instance; -1: the world
   Found& found;
   RayVisits& visits;
+  const int depth = 0;  // of the level: 0 is the world
   // Instances that have been walked, by their numbers' last bits: in several cells, they would be again, and
   // so would be what they hold, and so on [AmanatidesWoo1987].
   std::int32_t walked[16] = {-1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1, -1};
@@ -54,6 +66,13 @@ struct Tracer {
     if (!level.primitives.empty()) walk(level.tree, level.box, ray, *this);
   }
 
+  /// Meets the primitive at the end of the way, and nothing else.
+  bool meet_end_of(const Way& way) {
+    const std::uint32_t i = way.steps[depth];
+    if (depth + 1 == way.length) return meet(i);
+    return within_instance(level.primitives[i], [&way](auto& inner) { return inner.meet_end_of(way); });
+  }
+
   TESSERA_INLINE bool meet(std::uint32_t i) {
     const Primitive& primitive = level.primitives[i];
     ++visits.primitives;
@@ -61,7 +80,10 @@ struct Tracer {
     if (primitive.kind == PrimitiveKind::kTriangle) {
       if (!meet_triangle(ray, primitive.corners, meeting) || meeting.t > found.t) return false;
     } else if (primitive.kind == PrimitiveKind::kInstance) {
-      return meet_instance(primitive);
+      const auto walk_it = [](auto& inner) { return inner.run(), kAny && inner.found.shape >= 0; };
+      if (!within_instance(primitive, walk_it)) return false;
+      note_step(primitive);
+      return true;
     } else if (!meet_analytic(ray, structure.shapes(), structure.textures(), primitive, found.t, meeting)) {
       return false;
     }
@@ -84,10 +106,22 @@ struct Tracer {
     if (!kAny) found.t = meeting.t;
     found.u = meeting.u, found.v = meeting.v;
     found.shape = primitive.shape, found.primitive = primitive.number, found.place = place;
-    return kAny;
+    if (!kAny) return false;
+    if (found.way != nullptr) found.way->length = depth + 1 <= Way::kMostLevels ? depth + 1 : 0;
+    note_step(primitive);
+    return true;
   }
 
-  bool meet_instance(const Primitive& primitive) {
+  /// The way to what was hit leads over this primitive.
+  void note_step(const Primitive& primitive) {
+    if (found.way == nullptr || depth >= Way::kMostLevels) return;
+    found.way->steps[depth] = static_cast<std::uint32_t>(&primitive - level.primitives.data());
+  }
+
+  /// Returns what `ask` says of a tracer in the space of the object that an instance places; false where the
+  /// ray passes it, or has been there.
+  template <class Ask>
+  bool within_instance(const Primitive& primitive, Ask&& ask) {
     const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
     if (box.empty() || box.enter > found.t) return false;
     std::int32_t& last = walked[primitive.number % 16];
@@ -106,10 +140,43 @@ struct Tracer {
     const std::int64_t own_place = !shapes.nested() ? primitive.number
                                    : in_world       ? record.first_place
                                                     : place_within(place, record);
-    Tracer<Tree, kAny>{structure, object, own, own_place, found, visits}.run();
-    return kAny && found.shape >= 0;
+    Tracer<Tree, kAny> inner{structure, object, own, own_place, found, visits, depth + 1};
+    return ask(inner);
   }
 };
+
+/// What blocked the last shadow rays of this thread, by where they end: rays to one light are blocked by one
+/// thing again and again [Haines & Greenberg 1986].
+struct ShadowCache {
+  static constexpr std::size_t kEnds = 64;
+  std::uint64_t query = 0;  // whose primitives the ways lead to
+  Way ways[kEnds];
+
+  static ShadowCache& of(std::uint64_t query) {
+    static thread_local ShadowCache cache;
+    if (cache.query != query) cache = {.query = query, .ways = {}};
+    return cache;
+  }
+  /// `cell`: the size of places that share an occluder.
+  Way& at_end_of(const Ray& ray, float distance, float cell) {
+    // Of light from infinity the direction.
+    const bool ends = distance < 1e6f * cell;
+    std::uint32_t hash = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double x = ends ? (ray.o[k] + distance * ray.d[k]) / cell : 4 * ray.d[k];
+      const auto at = static_cast<std::int32_t>(std::floor(std::clamp(x, -1e9, 1e9)));
+      hash = (hash ^ static_cast<std::uint32_t>(at)) * 0x9e3779b1u;
+    }
+    return ways[hash >> 26];
+  }
+};
+static_assert(ShadowCache::kEnds == std::size_t{1} << (32 - 26));
+
+/// Queries are told apart by numbers: another may come to lie where one was.
+std::uint64_t next_query() {
+  static std::atomic<std::uint64_t> last{0};
+  return ++last;
+}
 
 /// Coordinates up to Embree's limit.
 bool is_sound(const RayArrays& rays, int i) {
@@ -125,13 +192,16 @@ bool is_sound(const RayArrays& rays, int i) {
 template <class Tree>
 class StructureQuery final : public RayQuery {
  public:
-  explicit StructureQuery(const TreeStructure<Tree>& structure) : structure_(structure) {}
+  explicit StructureQuery(const TreeStructure<Tree>& structure)
+      : structure_(structure),
+        number_(next_query()),
+        cell_(std::max(structure.bounding_radius() / 8, std::numeric_limits<float>::min())) {}
 
   void nearest(const RayArrays& rays, int n, bool, const HitArrays& hits) const override {
     RayVisits all;
     for (int i = 0; i < n; ++i) {
       RayVisits visits;
-      const Found found = trace<false>(rays, i, __builtin_inff(), visits);
+      const Found found = trace(rays, i, visits);
       hits.t[i] = found.t, hits.u[i] = found.u, hits.v[i] = found.v;
       hits.primitive[i] = found.primitive, hits.shape[i] = found.shape;
       hits.instance[i] = found.place < 0 ? -1 : lower_part(found.place);
@@ -151,7 +221,7 @@ class StructureQuery final : public RayQuery {
     for (int i = 0; i < n; ++i) {
       float& distance = distance_in_blocked_out[i];
       if (distance < 0) continue;
-      if (!is_sound(rays, i) || trace<true>(rays, i, distance, all).shape >= 0) distance = -__builtin_inff();
+      if (is_blocked(rays, i, distance, all)) distance = -__builtin_inff();
     }
     add(all);
   }
@@ -159,14 +229,34 @@ class StructureQuery final : public RayQuery {
   RayVisits visits() const override { return {nodes_, primitives_}; }
 
  private:
-  template <bool kAny>
-  Found trace(const RayArrays& rays, int i, float reach, RayVisits& visits) const {
-    Found found{.t = reach};
-    if (!is_sound(rays, i)) return found;
+  Ray ray_of(const RayArrays& rays, int i) const {
     const double o[3] = {rays.ox[i], rays.oy[i], rays.oz[i]}, d[3] = {rays.dx[i], rays.dy[i], rays.dz[i]};
-    const Ray ray(o, d, rays.time != nullptr ? rays.time[i] : 0, structure_.world().largest);
-    Tracer<Tree, kAny>{structure_, structure_.world(), ray, -1, found, visits}.run();
+    return {o, d, rays.time != nullptr ? rays.time[i] : 0, structure_.world().largest};
+  }
+
+  template <bool kAny>
+  Tracer<Tree, kAny> tracer(const Ray& ray, Found& found, RayVisits& visits) const {
+    return {structure_, structure_.world(), ray, -1, found, visits};
+  }
+
+  Found trace(const RayArrays& rays, int i, RayVisits& visits) const {
+    Found found{.t = __builtin_inff()};
+    if (is_sound(rays, i)) tracer<false>(ray_of(rays, i), found, visits).run();
     return found;
+  }
+
+  bool is_blocked(const RayArrays& rays, int i, float distance, RayVisits& visits) const {
+    if (!is_sound(rays, i)) return true;
+    const Ray ray = ray_of(rays, i);
+    Found found{.t = distance};
+    if (structure_.has_shadow_cache()) {
+      Way& last = ShadowCache::of(number_).at_end_of(ray, distance, cell_);
+      // Whatever blocks the ray would be met by the walk, too: only the order is another.
+      if (last.length > 0 && tracer<true>(ray, found, visits).meet_end_of(last)) return true;
+      found.way = &last;
+    }
+    tracer<true>(ray, found, visits).run();
+    return found.shape >= 0;
   }
 
   void add(const RayVisits& visits) const {
@@ -175,6 +265,8 @@ class StructureQuery final : public RayQuery {
   }
 
   const TreeStructure<Tree>& structure_;
+  const std::uint64_t number_;
+  const float cell_;  // of the shadow cache
   mutable std::atomic<std::uint64_t> nodes_{0}, primitives_{0};
 };
 
