@@ -4,6 +4,8 @@
 #include <cstdlib>
 #include <iostream>
 
+#include "absl/strings/str_format.h"
+#include "base/available_memory.h"
 #include "wire/aov_channels.h"
 
 namespace tessera::client {
@@ -22,7 +24,68 @@ void keep_wanted(const JobSettings& job, Image& image) {
   });
 }
 
+double gibibytes(std::uint64_t bytes) { return static_cast<double>(bytes) / (1 << 30); }
+
+/// "denoising 8192x4096 pixels takes about 9.6 GiB of memory"
+std::string demand(std::uint64_t bytes, const v1::JobSpec& spec) {
+  const v1::PixelRect& crop = spec.cut().crop();
+  return absl::StrFormat("denoising %dx%d pixels takes about %.3g GiB of memory", crop.x1() - crop.x0(),
+                         crop.y1() - crop.y0(), gibibytes(bytes));
+}
+
+/// Puts the planes of a picture into memory.
+absl::Status read_planes(Rows& rows, Image& image) {
+  const auto width = static_cast<std::size_t>(image.data.width());
+  for (std::size_t c = 0; c < image.channels.size(); ++c) {
+    std::vector<float>& values = image.channels[c].values;
+    values.resize(image.pixel_count());
+    for (std::int32_t y = 0; y < image.data.height(); ++y) {
+      const std::span<float> row = std::span(values).subspan(static_cast<std::size_t>(y) * width, width);
+      if (absl::Status status = rows.read(c, y, row); !status.ok()) return status;
+    }
+  }
+  return absl::OkStatus();
+}
+
+/// Puts the picture into memory, if it is elsewhere and there is memory to denoise it.
+absl::Status make_whole(std::uint64_t needed, const v1::JobSpec& spec, FollowedJob& followed) {
+  if (!followed.rows) return absl::OkStatus();
+  if (const std::uint64_t available = base::available_memory(); needed > available) {
+    return absl::ResourceExhaustedError(
+        absl::StrFormat("%s, and %.3g are free", demand(needed, spec), gibibytes(available)));
+  }
+  Image whole = *followed.image;
+  if (absl::Status status = read_planes(*followed.rows, whole); !status.ok()) return status;
+  followed.image = std::move(whole);
+  followed.rows.reset();
+  return absl::OkStatus();
+}
+
 }  // namespace
+
+std::uint64_t denoise_memory(const RenderOptions& options, const v1::JobSpec& spec) {
+  if (!options.job.denoise) return 0;
+  const v1::PixelRect& crop = spec.cut().crop();
+  const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
+  constexpr std::size_t kRaw = 3;  // what was denoised
+  return denoise_memory(pixels, wire::channels_of(spec.view()).size() + kRaw);
+}
+
+absl::Status check_denoise_memory(const RenderOptions& options, const v1::JobSpec& spec) {
+  const std::uint64_t needed = denoise_memory(options, spec);
+  if (const auto& allowed = options.exr.frame_memory; allowed && needed > *allowed) {
+    return absl::OutOfRangeError(
+        absl::StrFormat("%s, for it needs the whole picture; --frame-memory allows %.3g GiB",
+                        demand(needed, spec), gibibytes(*allowed)));
+  }
+  if (const std::uint64_t available = base::available_memory(); needed > available && !options.quiet) {
+    std::cerr << absl::StrFormat(
+        "warning: %s, and %.3g are free; if that is so at the end, too, the picture is written as it was "
+        "rendered\n",
+        demand(needed, spec), gibibytes(available));
+  }
+  return absl::OkStatus();
+}
 
 DenoiseOptions denoise_options(DenoiseMethod method, int threads) {
   const char* const library = std::getenv("TESSERA_OIDN");
@@ -45,6 +108,8 @@ void denoise_result(const RenderOptions& options, const v1::JobSpec& spec, Follo
     std::cerr << "warning: the picture is not whole, and is not denoised\n";
     return;
   }
+  followed.denoised = make_whole(denoise_memory(options, spec), spec, followed);
+  if (!followed.denoised.ok()) return;
   Image& image = *followed.image;
   image.metadata["tessera.spp"] = static_cast<std::int32_t>(spec.samples().spp());
   const absl::StatusOr<DenoiseReport> done =

@@ -25,8 +25,6 @@
 #include "command/report/time_spent.h"
 #include "display/tev.h"
 #include "farm/job_calls.h"
-#include "image/exr.h"
-#include "image/exr/rows.h"
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
 #include "wire/version.h"
@@ -93,8 +91,7 @@ void keep_image(const FollowedJob& followed, const RenderOptions& options) {
     const std::string name = std::filesystem::path(options.output).stem().string();
     const std::string path = (folder / absl::StrCat(name, "-", getpid(), ".exr")).string();
     const Image& image = *followed.image;
-    if (!(followed.rows ? write_exr(image, *followed.rows, path, {}) : write_image(image, path)).ok())
-      continue;
+    if (!(followed.rows ? write_image(image, *followed.rows, path) : write_image(image, path)).ok()) continue;
     report(kIncomplete, absl::StrCat("the image is in ", path, " instead"));
     return;
   }
@@ -134,6 +131,8 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
     if (const absl::Status status = keep_begun_job(options.checkpoint, spec); !status.ok())
       return report(kUsage, std::string{status.message()});
   }
+  if (const absl::Status fits = check_denoise_memory(options, spec); !fits.ok())
+    return report(kUsage, std::string{fits.message()});
   set_local_isa(spec);
 
   // An interrupt ends the job, and so does a disk on which nothing can be kept.
@@ -158,10 +157,9 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
     std::cerr << "tessera: the picture grows at http://127.0.0.1:" << port << "/" << std::endl;
 
   const Clock::time_point start = Clock::now();
-  FollowOptions how{
-      .quiet = options.quiet,
-      .frame_memory = frame_memory(options.output, options.exr, options.job.denoise.has_value()),
-      .mattes = loaded->mattes(options)};
+  FollowOptions how{.quiet = options.quiet,
+                    .frame_memory = frame_memory(options.exr, denoise_memory(options, spec)),
+                    .mattes = loaded->mattes(options)};
   if (absl::Status s = show_in_tev(options, spec, how); !s.ok())
     return report(kUsage, std::string{s.message()});
   absl::StatusOr<FollowedJob> followed = run_job(**farm, spec, how, ended.get_token());

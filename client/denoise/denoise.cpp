@@ -79,6 +79,13 @@ absl::StatusOr<DenoiseReport> denoise_image(const DenoiseOptions& options, Image
   return DenoiseReport{.fireflies = picture->fireflies, .not_finite = picture->not_finite};
 }
 
+std::uint64_t denoise_memory(std::uint64_t pixels, std::size_t planes) {
+  // Measured beside the planes: 186 (regression) and 203 (statistical) bytes a pixel; for OIDN as much is
+  // made.
+  constexpr std::uint64_t kBytes = 208;
+  return pixels * (sizeof(float) * planes + kBytes);
+}
+
 void mark_biased(Image& image) {
   constexpr const char* kMark = " + denoised";
   if (!is_denoised(image)) return;

@@ -1,6 +1,7 @@
 // Pictures without their noise, from what was rendered along with them.
 #pragma once
 
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -36,6 +37,10 @@ struct DenoiseReport {
 /// ("biased") and "tessera.fireflies_cut", and adds " + denoised" to the integrator's name. InvalidArgument,
 /// with the AOVs that are missing (noisy_picture.h); NotFound and Internal of `kOidn`.
 absl::StatusOr<DenoiseReport> denoise_image(const DenoiseOptions& options, Image& image);
+
+/// Bytes of memory that denoise_image() takes, about, with the picture's own planes, of which there are so
+/// many: it needs the whole picture at once. What OIDN takes itself comes on top.
+std::uint64_t denoise_memory(std::uint64_t pixels, std::size_t planes);
 
 /// Says that of a denoised picture again, where what it says of its making was set anew.
 void mark_biased(Image& image);

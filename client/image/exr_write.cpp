@@ -23,21 +23,6 @@ absl::Status check(const Image& image) {
   return image.channels.empty() ? absl::InvalidArgumentError("the image has no channels") : absl::OkStatus();
 }
 
-class ImageRows final : public Rows {
- public:
-  explicit ImageRows(const Image& image) : image_(image) {}
-
-  absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) override {
-    std::copy_n(image_.channels[plane].values.begin() +
-                    static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row.size()),
-                row.size(), row.begin());
-    return absl::OkStatus();
-  }
-
- private:
-  const Image& image_;
-};
-
 exr_attr_box2i_t box_of(const Window& window) {
   return {{window.x0, window.y0}, {window.x1 - 1, window.y1 - 1}};
 }

@@ -19,19 +19,26 @@ Channel& Image::add(std::string name) {
   return channels.emplace_back(Channel{std::move(name), std::vector<float>(pixel_count())});
 }
 
-RgbPlanes rgb_planes(const Image& image) {
-  const auto plane = [&](const char* name) -> const float* {
-    for (const Channel& channel : image.channels) {
-      if (absl::EqualsIgnoreCase(channel.name, name)) return channel.values.data();
-    }
-    return nullptr;
+std::array<std::size_t, 3> rgb_channels(const Image& image) {
+  const auto number_of = [&](const char* name) {
+    return static_cast<std::size_t>(std::ranges::find_if(image.channels,
+                                                         [&](const Channel& channel) {
+                                                           return absl::EqualsIgnoreCase(channel.name, name);
+                                                         }) -
+                                    image.channels.begin());
   };
+  const std::size_t none = image.channels.size();
   const auto [red, green, blue] = wire::kColourChannels;
-  const RgbPlanes rgb{plane(red), plane(green), plane(blue)};
-  if (rgb.r && rgb.g && rgb.b) return rgb;
-  const float* grey = plane("Y");
-  if (!grey) grey = image.channels.front().values.data();
+  const std::array<std::size_t, 3> rgb{number_of(red), number_of(green), number_of(blue)};
+  if (std::ranges::find(rgb, none) == rgb.end()) return rgb;
+  const std::size_t luminance = number_of("Y"), grey = luminance == none ? 0 : luminance;
   return {grey, grey, grey};
+}
+
+RgbPlanes rgb_planes(const Image& image) {
+  const auto [r, g, b] = rgb_channels(image);
+  const auto plane = [&](std::size_t channel) { return image.channels[channel].values.data(); };
+  return {plane(r), plane(g), plane(b)};
 }
 
 void set_render_info(const RenderInfo& info, Image& image) {

@@ -68,6 +68,8 @@ struct RgbPlanes {
   const float* b;
 };
 RgbPlanes rgb_planes(const Image& image);
+/// The same as numbers of channels.
+std::array<std::size_t, 3> rgb_channels(const Image& image);
 
 /// Facts that an image file tells of its making, as attributes "tessera.scene_digest", "tessera.spp",
 /// "tessera.seed" (in decimal, as a string: it has 64 bits), "tessera.integrator", "tessera.integrator_kind",

@@ -47,7 +47,7 @@ int run(const FetchOptions& options, Interrupt& interrupt) {
   auto followed = follow_job(**farm, *id, job->spec(),
                              {.quiet = options.quiet,
                               .building = {},
-                              .frame_memory = frame_memory(options.output, options.exr, /*denoised=*/false),
+                              .frame_memory = frame_memory(options.exr),
                               .mattes = nameless_mattes(options.exr.matte_ranks)},
                              stop, partial);
   if (!followed.ok()) return report_farm_error(followed.status(), options.server);

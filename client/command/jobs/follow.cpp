@@ -252,10 +252,11 @@ int end_of(const FollowedJob& followed) {
 
 }  // namespace
 
-std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, bool denoised) {
-  if (!is_exr(output) || denoised) return UINT64_MAX;
+std::uint64_t frame_memory(const ExrFormat& exr, std::uint64_t denoising) {
+  const std::uint64_t available = base::available_memory();
+  if (denoising > 0 && denoising <= available) return UINT64_MAX;
   constexpr std::uint64_t kMost = std::uint64_t{1} << 30;
-  return exr.frame_memory ? *exr.frame_memory : std::min(kMost, base::available_memory() / 4);
+  return exr.frame_memory ? *exr.frame_memory : std::min(kMost, available / 4);
 }
 
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,
@@ -279,7 +280,7 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
     followed.image->metadata["tessera.warnings"] = absl::StrJoin(sorted, "\n");
   }
   if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
-  const absl::Status status = followed.rows ? write_exr(*followed.image, *followed.rows, output, exr)
+  const absl::Status status = followed.rows ? write_image(*followed.image, *followed.rows, output, exr)
                                             : write_image(*followed.image, output, exr);
   if (!status.ok()) {
     return report(kIncomplete, std::string{status.message()});

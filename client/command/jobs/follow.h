@@ -69,10 +69,10 @@ absl::StatusOr<v1::JobStatus> follow_progress(FarmClient& farm, const std::strin
 /// one, kHoles and what is missing.
 int report_end(const v1::JobStatus& status);
 
-/// Bytes of a frame that may be kept in memory while it is on its way to this file: as `exr` has it, or else
-/// what the machine can spare; any number where the whole of the picture is needed, to be `denoised` or to be
-/// no EXR.
-std::uint64_t frame_memory(const std::string& output, const ExrFormat& exr, bool denoised);
+/// Bytes of a frame that may be kept in memory while it is on its way to its file: as `exr` has it, or else
+/// what the machine can spare; any number where the picture is denoised, which takes so many bytes in all,
+/// and these are free.
+std::uint64_t frame_memory(const ExrFormat& exr, std::uint64_t denoising = 0);
 
 /// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
 /// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and

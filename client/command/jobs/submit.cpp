@@ -100,8 +100,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
       follow_job(farm, job_id, spec,
                  {.quiet = options.render.quiet,
                   .building = {},
-                  .frame_memory = frame_memory(options.render.output, options.render.exr,
-                                               options.render.job.denoise.has_value()),
+                  .frame_memory = frame_memory(options.render.exr, denoise_memory(options.render, spec)),
                   .mattes = loaded.mattes(options.render)},
                  stop);
   if (!followed.ok()) {
@@ -177,6 +176,11 @@ std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, 
       .threads = threads, .stop = [&] { return interrupt.token(); }, .continued = *continued};
   Submitted job{load_job(options.render, exit_code, nullptr, &choice), "", 0};
   if (job.loaded == nullptr) return std::nullopt;
+  if (const absl::Status fits = check_denoise_memory(options.render, job.loaded->job->spec);
+      !options.detach && !fits.ok()) {
+    exit_code = report(kUsage, std::string{fits.message()});
+    return std::nullopt;
+  }
   const std::stop_token stop = interrupt.token();
   const absl::StatusOr<std::uint64_t> uploaded = upload(farm, *job.loaded, options.render.quiet, stop);
   if (!uploaded.ok()) return fail(uploaded.status());

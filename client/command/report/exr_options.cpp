@@ -90,7 +90,7 @@ void define_exr_options(options::Command& command, ExrFormat& exr) {
   };
   command
       .add_read_by("--frame-memory", take_memory,
-                   "pixels of a larger EXR wait in a temporary file, tile by tile (default: 1G, or a "
+                   "pixels of a larger picture wait in a temporary file, tile by tile (default: 1G, or a "
                    "quarter of the memory that is free, where that is less)")
       .type_name("SIZE");
   command.add("--crypto-ranks", exr.matte_ranks, "things that a pixel of a Cryptomatte tells, at most")

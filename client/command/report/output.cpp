@@ -50,4 +50,9 @@ absl::Status write_image(const Image& image, const std::string& path, const ExrF
   return write_exr(image, path, exr);
 }
 
+absl::Status write_image(const Image& image, Rows& rows, const std::string& path, const ExrFormat& exr) {
+  if (extension_of(path) == ".png") return write_png(image, rows, path);
+  return write_exr(image, rows, path, exr);
+}
+
 }  // namespace tessera::client

@@ -5,6 +5,7 @@
 
 #include "absl/status/status.h"
 #include "image/exr.h"
+#include "image/exr/rows.h"
 #include "image/image.h"
 
 namespace tessera::client {
@@ -21,5 +22,7 @@ bool is_exr(const std::string& path);
 
 /// By extension: a linear EXR, or a tone-mapped PNG.
 absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr = {});
+/// The same of an image whose planes have names, but no values: those are `rows`.
+absl::Status write_image(const Image& image, Rows& rows, const std::string& path, const ExrFormat& exr = {});
 
 }  // namespace tessera::client

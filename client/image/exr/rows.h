@@ -1,6 +1,7 @@
 // Where a writer takes pixels from: an image in memory, or one that is kept elsewhere.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -16,6 +17,22 @@ class Rows {
   /// Row `y` of the data window, from its top, of plane `plane`: as many values as it is wide. Rows are asked
   /// for from the top, and again for each part.
   virtual absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) = 0;
+};
+
+/// Rows of an image that has its pixels, which outlives them.
+class ImageRows final : public Rows {
+ public:
+  explicit ImageRows(const Image& image) : image_(image) {}
+
+  absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) override {
+    std::copy_n(image_.channels[plane].values.begin() +
+                    static_cast<std::ptrdiff_t>(static_cast<std::size_t>(y) * row.size()),
+                row.size(), row.begin());
+    return absl::OkStatus();
+  }
+
+ private:
+  const Image& image_;
 };
 
 /// write_exr() of an image whose planes have names, but no values: those are `rows`.

@@ -1,10 +1,12 @@
 #include "image/png.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <png.h>
 
 #include <cmath>
 #include <limits>
+#include <set>
 #include <vector>
 
 #include "unit/client/files.h"
@@ -52,6 +54,51 @@ TEST(Png, WritesRowsFromTheTop) {
   ASSERT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
   EXPECT_EQ(bytes,
             (std::vector<unsigned char>{255, 0, 0, 0, 255, 0, 0, 0, 255, 188, 188, 188, 0, 0, 0, 0, 255, 0}));
+}
+
+/// Rows that are made when they are asked for, and tell what was asked.
+class AskedRows final : public Rows {
+ public:
+  absl::Status read(std::size_t plane, std::int32_t y, std::span<float> row) override {
+    if (y == failing_row) return absl::InternalError("the disk is gone");
+    for (std::size_t x = 0; x < row.size(); ++x) row[x] = value(plane, y, x);
+    planes.insert(plane);
+    return absl::OkStatus();
+  }
+  static float value(std::size_t plane, std::int32_t y, std::size_t x) {
+    return static_cast<float>((plane * 31 + static_cast<std::size_t>(y) * 7 + x) % 100) / 99;
+  }
+  std::int32_t failing_row = -1;
+  std::set<std::size_t> planes;
+};
+
+TEST(Png, RowsNeedNotBeInMemory) {
+  const support::TempDir directory;
+  Image image;
+  image.data = image.display = {0, 0, 50, 40};
+  for (const char* name : {"variance.R", "A", "B", "G", "R"}) image.channels.push_back({name, {}});
+  AskedRows rows;
+  ASSERT_TRUE(write_png(image, rows, directory / "rows.png").ok());
+  EXPECT_EQ(rows.planes, (std::set<std::size_t>{2, 3, 4})) << "no other plane is looked at";
+  for (std::size_t plane = 0; plane < image.channels.size(); ++plane) {
+    for (std::int32_t y = 0; y < 40; ++y) {
+      for (std::size_t x = 0; x < 50; ++x)
+        image.channels[plane].values.push_back(AskedRows::value(plane, y, x));
+    }
+  }
+  ASSERT_TRUE(write_png(image, directory / "whole.png").ok());
+  EXPECT_EQ(read_bytes(directory / "rows.png"), read_bytes(directory / "whole.png"));
+
+  rows.failing_row = 20;
+  EXPECT_EQ(write_png(image, rows, directory / "b.png").message(), "the disk is gone");
+  EXPECT_FALSE(std::filesystem::exists(directory / "b.png"));
+}
+
+TEST(Png, SaysWhenTheDiskIsFull) {
+  Image image;
+  image.data = image.display = {0, 0, 500, 400};
+  for (const char* name : {"R", "G", "B"}) image.add(name);
+  EXPECT_THAT(std::string(write_png(image, "/dev/full").message()), testing::HasSubstr("cannot write"));
 }
 
 TEST(Png, ErrorsNameTheFile) {
