@@ -1,6 +1,7 @@
 // All structures find the hits that testing everything finds, to the last bit.
 #include <bit>
 #include <cstring>
+#include <numeric>
 
 #include "render/accel/structure/clip.h"
 #include "render/accel/structure/structure_query.h"
@@ -261,6 +262,21 @@ TEST(Structures, CountWhatTheyVisit) {
     EXPECT_EQ(figures.primitives, triangles);
     EXPECT_GE(figures.references, triangles);
     EXPECT_GE(structured.structure().memory_bytes(), triangles * sizeof(Primitive));
+  }
+}
+
+/// A list that grows would be copied as a whole, and no stop be looked for meanwhile.
+TEST(Structures, ListPrimitivesWithoutCopies) {
+  for (const ShapeTable& table : {stadium(), many_kinds(), nested_kinds()}) {
+    const Structured brute(kBrute, table);
+    const auto& structure = static_cast<const TreeStructure<Brute>&>(brute.structure());
+    EXPECT_EQ(structure.world().primitives.capacity(),
+              static_cast<std::size_t>(std::accumulate(
+                  table.shapes.begin(), table.shapes.begin() + table.world_shape_count, 0,
+                  [](int sum, const ShapeRecord& shape) {
+                    return sum + (shape.kind == ShapeKind::kTriangles ? shape.triangle_count : 1);
+                  })) +
+                  table.instances.size());
   }
 }
 

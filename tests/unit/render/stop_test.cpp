@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -19,6 +20,7 @@
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
+#include "wire/mesh_blob.h"
 
 namespace tessera::test::stops {
 namespace {
@@ -80,6 +82,51 @@ TEST_F(Stops, AskForNoFurtherBlob) {
   };
   EXPECT_FALSE(render::load_scene(scene_, job_, blobs, options_).ok());
   EXPECT_EQ(asked, 1);
+}
+
+/// The last vertex of the mesh would be an error, if it were still looked at.
+TEST_F(Stops, EndAMeshBeforeItsLastVertex) {
+  wire::MeshData mesh;
+  mesh.positions.assign(3 * 5000, 1);
+  mesh.positions.back() = 1e30f;
+  mesh.indices = {0, 1, 2};
+  const auto bytes = std::make_shared<std::string>(wire::encode_mesh(mesh));
+  v1::Shape& shape = *scene_.add_shapes();
+  shape.mutable_mesh()->mutable_blob()->set_digest("mesh");
+  for (int i = 0; i < 16; ++i)
+    shape.mutable_world_from_object()->add_elements(i % 5 > 0 ? 0 : i < 15 ? 1e15 : 1);
+  bool stops = false;
+  const render::BlobSource blobs = [&](const std::string&) -> absl::StatusOr<render::BlobBytes> {
+    if (stops) source_.request_stop();
+    return render::BlobBytes{*bytes, bytes};
+  };
+  EXPECT_TRUE(absl::IsInvalidArgument(render::load_scene(scene_, job_, blobs, options_).status()));
+  stops = true;
+  const auto stopped = render::load_scene(scene_, job_, blobs, options_);
+  EXPECT_TRUE(absl::IsCancelled(stopped.status())) << stopped.status();
+}
+
+/// A cell of millions is split in passes over all of them, each of which looks for a stop.
+TEST(StopsOfBuilders, AreSeenWithinASplit) {
+  using namespace render;
+  std::vector<KdRef> refs;
+  Box cell;
+  for (std::uint32_t i = 0; i < 2000; ++i) {
+    const auto x = static_cast<float>(i);
+    const float low[3] = {x, x, x}, high[3] = {x + 1, x + 2, x + 3};
+    Box part;
+    part.add(low);
+    part.add(high);
+    refs.push_back({part, i});
+    cell.add(part);
+  }
+  std::stop_source source;
+  const std::stop_token stop = source.get_token();
+  EXPECT_GE(split_by_sah(refs, cell, stop).axis, 0);
+  EXPECT_GE(split_at_median(refs, cell, 0, stop).axis, 0);
+  source.request_stop();
+  EXPECT_THROW(split_by_sah(refs, cell, stop), Stopped);
+  EXPECT_THROW(split_at_median(refs, cell, 0, stop), Stopped);
 }
 
 /// The builders themselves: none begins a node when a stop has been requested.

@@ -52,7 +52,7 @@ struct ArrayBuilders {
   MaterialBuilder materials{textures, arrays.materials, warnings};
   MeshAttributes attributes{textures.attribute_names(), blobs, arrays.textures};
   ShapeBuilder shapes{{blobs, materials.names(), arrays.materials, media.names(), textures, attributes,
-                       algorithm.diffuse_only},
+                       algorithm.diffuse_only, stop},
                       arrays.shapes,
                       warnings};
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings, stop};

@@ -81,6 +81,7 @@ class BspBuilder {
     if (refs.size() <= kBspLeaf || depth >= deepest_ || !choose(refs, plane)) return as_leaf();
     std::vector<std::uint32_t> parts[2];
     for (const std::uint32_t i : refs) {
+      throw_if_stopped(stop_, i);
       const Sides sides = sides_of(plane, primitives_[i]);
       if (sides.below) parts[0].push_back(i);
       if (sides.above) parts[1].push_back(i);
@@ -126,6 +127,7 @@ class BspBuilder {
       throw_if_stopped(stop_);
       std::size_t below = 0, above = 0;
       for (const std::uint32_t i : refs) {
+        throw_if_stopped(stop_, i);
         const Sides sides = sides_of(plane, primitives_[i]);
         below += sides.below, above += sides.above;
       }
@@ -166,6 +168,7 @@ BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads, st
   BspTree tree;
   std::vector<std::uint32_t> refs(primitives.size());
   for (std::size_t i = 0; i < refs.size(); ++i) {
+    throw_if_stopped(stop, i);
     refs[i] = static_cast<std::uint32_t>(i);
     tree.box.add(box_of(primitives[i]));
   }

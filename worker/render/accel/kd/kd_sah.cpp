@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "render/accel/kd/kd_tree.h"
+#include "render/core/stopped.h"
 
 namespace tessera::render {
 
@@ -15,7 +16,7 @@ constexpr double kEmptyBonus = 0.8;
 /// Sorts in a time in proportion to their number, so that all cells of a level take no longer than all
 /// primitives do: by digits of eleven bits, from the last to the first.
 void sort_places(std::vector<float>& places, std::vector<std::uint32_t>& keys,
-                 std::vector<std::uint32_t>& other) {
+                 std::vector<std::uint32_t>& other, const std::stop_token& stop) {
   constexpr std::size_t kFew = 512;  // std::sort is as fast below
   if (places.size() < kFew) {
     std::ranges::sort(places);
@@ -25,6 +26,7 @@ void sort_places(std::vector<float>& places, std::vector<std::uint32_t>& keys,
   keys.resize(places.size()), other.resize(places.size());
   std::array<std::array<std::uint32_t, kDigit>, 3> firsts{};
   for (std::size_t i = 0; i < places.size(); ++i) {
+    throw_if_stopped(stop, i);
     // Bits of floats are in order once those of negative ones are turned over. -0 is 0.
     const auto bits = std::bit_cast<std::uint32_t>(places[i] + 0.0f);
     const std::uint32_t key = keys[i] = (bits & kSign) != 0 ? ~bits : bits | kSign;
@@ -33,6 +35,7 @@ void sort_places(std::vector<float>& places, std::vector<std::uint32_t>& keys,
   for (std::size_t d = 0; d < 3; ++d) {
     std::uint32_t sum = 0;
     for (std::uint32_t& first : firsts[d]) sum += std::exchange(first, sum);
+    throw_if_stopped(stop);  // a pass takes some milliseconds a million
     for (const std::uint32_t key : keys) other[firsts[d][key >> (11 * d) & (kDigit - 1)]++] = key;
     keys.swap(other);
   }
@@ -45,10 +48,11 @@ class KdEvents {
  public:
   std::vector<float> begins, ends, flats;  // of parts with extent; of those without
 
-  void gather(const std::vector<KdRef>& refs, int axis) {
+  void gather(const std::vector<KdRef>& refs, int axis, const std::stop_token& stop) {
     begins.clear(), ends.clear(), flats.clear();
-    for (const KdRef& ref : refs) {
-      const float low = ref.part.low[axis], high = ref.part.high[axis];
+    for (std::size_t i = 0; i < refs.size(); ++i) {
+      throw_if_stopped(stop, i);
+      const float low = refs[i].part.low[axis], high = refs[i].part.high[axis];
       if (low == high) {
         flats.push_back(low);
       } else {
@@ -56,7 +60,7 @@ class KdEvents {
         ends.push_back(high);
       }
     }
-    for (std::vector<float>* places : {&begins, &ends, &flats}) sort_places(*places, keys_, other_);
+    for (std::vector<float>* places : {&begins, &ends, &flats}) sort_places(*places, keys_, other_, stop);
   }
 
  private:
@@ -92,11 +96,14 @@ std::size_t pass(const std::vector<float>& places, std::size_t& at, float place)
   return at - first;
 }
 
-void sweep_axis(const KdEvents& events, const Box& cell, int axis, std::size_t n, KdSplit& best) {
+void sweep_axis(const KdEvents& events, const Box& cell, int axis, std::size_t n, KdSplit& best,
+                const std::stop_token& stop) {
   const KdCost cost(cell, axis);
   std::size_t begin = 0, end = 0, flat = 0;
   std::size_t below = 0, above = n;  // parts that reach to a side, without those that lie in the plane
-  while (begin < events.begins.size() || end < events.ends.size() || flat < events.flats.size()) {
+  for (std::size_t step = 0;
+       begin < events.begins.size() || end < events.ends.size() || flat < events.flats.size(); ++step) {
+    throw_if_stopped(stop, step);
     float place = Box::kInfinity;
     if (begin < events.begins.size()) place = std::min(place, events.begins[begin]);
     if (end < events.ends.size()) place = std::min(place, events.ends[end]);
@@ -115,13 +122,13 @@ void sweep_axis(const KdEvents& events, const Box& cell, int axis, std::size_t n
 
 }  // namespace
 
-KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell) {
+KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell, const std::stop_token& stop) {
   KdSplit best;
   KdEvents events;
   for (int axis = 0; axis < 3; ++axis) {
     if (!(cell.extent(axis) > 0)) continue;
-    events.gather(refs, axis);
-    sweep_axis(events, cell, axis, refs.size(), best);
+    events.gather(refs, axis, stop);
+    sweep_axis(events, cell, axis, refs.size(), best, stop);
   }
   return best;
 }

@@ -27,8 +27,8 @@ class KdBuilder {
     constexpr int kMostBad = 3;
     throw_if_stopped(stop_);
     if (refs.size() <= kSmallLeaf || depth >= deepest_) return leaf(refs, tree);
-    const KdSplit split =
-        rule_ == KdRule::kMedian ? split_at_median(refs, cell, depth) : split_by_sah(refs, cell);
+    const KdSplit split = rule_ == KdRule::kMedian ? split_at_median(refs, cell, depth, stop_)
+                                                   : split_by_sah(refs, cell, stop_);
     if (split.axis < 0) return leaf(refs, tree);
     if (rule_ == KdRule::kSah) {
       const double as_leaf = kTestCost * static_cast<double>(refs.size());
@@ -80,6 +80,10 @@ class KdBuilder {
   /// the bounds of its part there.
   void part(const std::vector<KdRef>& refs, const KdSplit& split, const Box (&cells)[2],
             std::vector<KdRef> (&parts)[2]) const {
+    // Large ones at once, as copies of them would take long; pages that nothing is written to are not taken.
+    if (refs.size() >= kForkSize) {
+      for (std::vector<KdRef>& part : parts) part.reserve(refs.size());
+    }
     for (const KdRef& ref : refs) {
       throw_if_stopped(stop_);
       const float low = ref.part.low[split.axis], high = ref.part.high[split.axis];
@@ -130,6 +134,7 @@ KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int 
   std::vector<KdRef> refs;
   refs.reserve(primitives.size());
   for (std::size_t i = 0; i < primitives.size(); ++i) {
+    throw_if_stopped(stop, i);
     refs.push_back({box_of(primitives[i]), static_cast<std::uint32_t>(i)});
     tree.box.add(refs.back().part);
   }

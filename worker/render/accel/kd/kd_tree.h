@@ -40,8 +40,9 @@ struct KdSplit {
 };
 
 /// The two ways to choose a plane for a cell.
-KdSplit split_at_median(const std::vector<KdRef>& refs, const Box& cell, int depth);
-KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell);
+KdSplit split_at_median(const std::vector<KdRef>& refs, const Box& cell, int depth,
+                        const std::stop_token& stop);
+KdSplit split_by_sah(const std::vector<KdRef>& refs, const Box& cell, const std::stop_token& stop);
 
 /// 8 + 1.3 log2 n [Havran2000].
 int kd_depth(std::size_t n);

@@ -81,6 +81,7 @@ Octree build_octree(const std::vector<Primitive>& primitives, int threads, std::
   Octree tree;
   std::vector<std::uint32_t> refs(primitives.size());
   for (std::size_t i = 0; i < refs.size(); ++i) {
+    throw_if_stopped(stop, i);
     refs[i] = static_cast<std::uint32_t>(i);
     tree.box.add(box_of(primitives[i]));
   }

@@ -80,6 +80,13 @@ Box moved_box(const ExactAffine& a, const Box& box) {
 
 }  // namespace
 
+std::size_t most_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic) {
+  const ShapeRecord& record = table.shapes[static_cast<std::size_t>(shape)];
+  if (record.kind == ShapeKind::kCurves) return 0;  // they are refused
+  if (record.kind == ShapeKind::kTriangles) return static_cast<std::size_t>(record.triangle_count);
+  return static_cast<std::size_t>(analytic.count(table, shape));
+}
+
 absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic,
                             std::vector<Primitive>& list, const std::stop_token& stop) {
   throw_if_stopped(stop);

@@ -1,6 +1,7 @@
 // A scene's shapes as lists of primitives: one for the world, one for each object.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <stop_token>
 #include <string>
@@ -20,6 +21,9 @@ struct AnalyticBounds {
   std::int32_t (*count)(const ShapeTable& table, std::int32_t shape) = nullptr;
   Box (*bounds)(const ShapeTable& table, std::int32_t shape, std::int32_t primitive) = nullptr;
 };
+
+/// How many primitives a shape may add to a list.
+std::size_t most_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic);
 
 /// Adds what rays may meet of a shape: triangles with finite corners and an area, and analytic shapes with
 /// finite bounds. InvalidArgument, with the shape's number, for curves.

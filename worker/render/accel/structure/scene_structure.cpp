@@ -104,9 +104,20 @@ absl::Status TreeStructure<Tree>::build_level(const StructureOptions& options, L
 template <class Tree>
 absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const StructureOptions& options) {
   shadow_cache_ = options.shadow_cache;
+  // At once: a list that grows is copied as a whole, which takes seconds where there are millions, and no
+  // stop is looked for meanwhile.
+  const auto reserve = [&](std::int32_t first_shape, std::int32_t shape_count, std::size_t instances,
+                           std::vector<Primitive>& list) {
+    std::size_t count = instances;
+    for (std::int32_t s = first_shape; s < first_shape + shape_count; ++s)
+      count += most_primitives(shapes_, s, analytic);
+    list.reserve(count);
+  };
   objects_.resize(shapes_.objects.size());
   for (std::size_t i = 0; i < objects_.size(); ++i) {
     const ObjectRange& range = shapes_.objects[i];
+    reserve(range.first_shape, range.shape_count, static_cast<std::size_t>(range.inner_count),
+            objects_[i].primitives);
     for (std::int32_t s = 0; s < range.shape_count; ++s) {
       if (auto status =
               add_primitives(shapes_, range.first_shape + s, analytic, objects_[i].primitives, options.stop);
@@ -123,6 +134,7 @@ absl::Status TreeStructure<Tree>::build(const AnalyticBounds& analytic, const St
   inner_from_holder_.reserve(shapes_.inner.size());
   for (const InstanceRecord& inner : shapes_.inner)
     inner_from_holder_.push_back(inverse(exact(inner.render_from_instance)));
+  reserve(0, shapes_.world_shape_count, shapes_.instances.size(), world_.primitives);
   for (std::int32_t s = 0; s < shapes_.world_shape_count; ++s) {
     if (auto status = add_primitives(shapes_, s, analytic, world_.primitives, options.stop); !status.ok())
       return status;

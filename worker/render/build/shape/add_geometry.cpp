@@ -25,10 +25,11 @@ const char* kind_without_light(const v1::Shape& shape) {
 }
 
 absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool as_triangles,
-                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record) {
+                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
+                          const std::stop_token& stop) {
   switch (shape.kind_case()) {
     case v1::Shape::kMesh:
-      return add_mesh(shape, placed_from_object, blobs, table, record);
+      return add_mesh(shape, placed_from_object, blobs, table, record, stop);
     case v1::Shape::kSphere:
     case v1::Shape::kDisk:
       return add_quadric(shape, placed_from_object, table, record);

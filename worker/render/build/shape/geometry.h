@@ -2,6 +2,8 @@
 // out. `placed` is render space, or the space of an object.
 #pragma once
 
+#include <stop_token>
+
 #include "absl/status/status.h"
 #include "render/build/blob_source.h"
 #include "render/build/placement/transform.h"
@@ -13,17 +15,20 @@ namespace tessera::render {
 
 // add_geometry.cpp
 /// A shape of any kind but combinations. `as_triangles`: flat shapes as the triangles that they consist of.
+/// Throws Stopped once a stop is requested, from within a mesh too.
 absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool as_triangles,
-                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record);
+                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
+                          const std::stop_token& stop = {});
 /// The name of a kind that an error is for where it has an area light; null for others.
 const char* kind_without_light(const v1::Shape& shape);
 
 // mesh.cpp
 absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
-                      ShapeTable& table, ShapeRecord& record);
+                      ShapeTable& table, ShapeRecord& record, const std::stop_token& stop = {});
 /// A mesh of arrays in place of a blob.
 absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
-                             const Transform& placed_from_object, ShapeTable& table, ShapeRecord& record);
+                             const Transform& placed_from_object, ShapeTable& table, ShapeRecord& record,
+                             const std::stop_token& stop = {});
 /// closed_mesh() of a message. Errors as of add_mesh(), too.
 absl::StatusOr<CsgMesh> closed_mesh_of(const v1::TriangleMesh& mesh, const Transform& transform,
                                        const BlobSource& blobs);

@@ -7,6 +7,7 @@
 #include "render/build/shape/closed_mesh.h"
 #include "render/build/shape/geometry.h"
 #include "render/build/values/located.h"
+#include "render/core/stopped.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::render {
@@ -25,10 +26,18 @@ absl::StatusOr<wire::MeshView> view_of(const v1::TriangleMesh& mesh, const BlobB
   return view;
 }
 
+/// Makes room for `size` elements: of one large mesh at once, as the array would be copied again and again.
+template <class T>
+void reserve(std::size_t size, BigArray<T>& array) {
+  if (size > array.capacity()) array.reserve(std::max(size, 2 * array.capacity()));
+}
+
 /// The vertices of `mesh`, placed by `placed_from_object`, appended. False when one is not finite.
-bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_object, BigArray<Vertex>& out) {
+bool append_vertices(const wire::MeshView& mesh, const Transform& placed_from_object, BigArray<Vertex>& out,
+                     const std::stop_token& stop) {
   bool sound = true;
   for (std::size_t i = 0; i < mesh.vertex_count(); ++i) {
+    throw_if_stopped(stop, i);
     const float* xyz = mesh.positions.data() + 3 * i;
     const Imath::V3d p = placed_from_object.apply({xyz[0], xyz[1], xyz[2]});
     Vertex& v = out.emplace_back();
@@ -62,8 +71,9 @@ Imath::V3d point(const float (&xyz)[3]) { return {xyz[0], xyz[1], xyz[2]}; }
 /// normals where there are any [pbrt-v4 Triangle::Intersect], else as the mesh has it, turned over when
 /// asked.
 void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool with_normals, bool turn,
-                      BigArray<std::uint32_t>& out) {
+                      BigArray<std::uint32_t>& out, const std::stop_token& stop) {
   for (std::size_t i = 0; i < mesh.indices.size(); i += 3) {
+    throw_if_stopped(stop, i / 3);
     const std::uint32_t a = mesh.indices[i], b = mesh.indices[i + 1], c = mesh.indices[i + 2];
     bool swap = turn;
     if (with_normals) {
@@ -80,16 +90,17 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
 }  // namespace
 
 absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
-                      ShapeTable& table, ShapeRecord& record) {
+                      ShapeTable& table, ShapeRecord& record, const std::stop_token& stop) {
   const auto blob = blob_of(shape.mesh(), blobs);
   if (!blob.ok()) return blob.status();
   const auto mesh = view_of(shape.mesh(), *blob);
   if (!mesh.ok()) return mesh.status();
-  return add_mesh_arrays(shape, *mesh, placed_from_object, table, record);
+  return add_mesh_arrays(shape, *mesh, placed_from_object, table, record, stop);
 }
 
 absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
-                             const Transform& placed_from_object, ShapeTable& table, ShapeRecord& record) {
+                             const Transform& placed_from_object, ShapeTable& table, ShapeRecord& record,
+                             const std::stop_token& stop) {
   const std::size_t vertices = table.vertices.size() + mesh.vertex_count();
   const std::size_t triangles = table.triangles.size() / 3 + mesh.triangle_count();
   constexpr std::size_t kMost =
@@ -104,7 +115,9 @@ absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
   record.first_vertex = static_cast<std::int32_t>(table.vertices.size());
   record.vertex_count = static_cast<std::int32_t>(mesh.vertex_count());
 
-  if (!append_vertices(mesh, placed_from_object, table.vertices)) {
+  reserve(vertices, table.vertices);
+  reserve(3 * triangles, table.triangles);
+  if (!append_vertices(mesh, placed_from_object, table.vertices, stop)) {
     return absl::InvalidArgumentError("a vertex is not finite once it is placed in the world");
   }
   Vertex* placed = table.vertices.data() + record.first_vertex;
@@ -116,7 +129,7 @@ absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
   }
   if (!mesh.uvs.empty()) record.flags |= kHasUvs;
   const bool turn = shape.reverse_orientation() != (placed_from_object.determinant() < 0);
-  append_triangles(mesh, placed, with_normals, turn, table.triangles);
+  append_triangles(mesh, placed, with_normals, turn, table.triangles, stop);
   return absl::OkStatus();
 }
 

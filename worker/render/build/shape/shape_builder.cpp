@@ -25,7 +25,9 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
   if (shape.has_csg()) return add_combination(shape, placed_from_object, where, record);
   // Lights that are flat are sampled as triangles and rectangles.
   const bool as_triangles = (shape.has_area_light() && !instanced) || inputs_.triangles_only;
-  if (auto s = add_geometry(shape, placed_from_object, as_triangles, inputs_.blobs, table_, record); !s.ok())
+  if (auto s =
+          add_geometry(shape, placed_from_object, as_triangles, inputs_.blobs, table_, record, inputs_.stop);
+      !s.ok())
     return s;
   const std::int32_t index = append(shape, where, record);
   if (auto s = add_attributes(shape, index); !s.ok()) return s;

@@ -27,6 +27,7 @@ struct ShapeInputs {
   TextureNodes& textures;  // of alpha
   MeshAttributes& attributes;
   bool triangles_only = false;  // flat shapes become meshes
+  std::stop_token stop = {};    // of building
 };
 
 class ShapeBuilder {
