@@ -361,7 +361,7 @@ void add_bench_command(CommandLine& line) {
   command.add("--plot-bias", options->bias_plot, "draw bias and variance over time")
       .type_name("FILE.png|svg");
   command.add_flag("--quiet", options->render.quiet, "no progress, no warnings");
-  define_job_options(command, options->render);
+  define_job_options(command, options->render, false);
   command.option("--isa").one_of(local_isas());
   command.example("tessera bench scene.pbrt --make-reference 4096 --reference ref.exr");
   command.example("tessera bench box.pbrt --reference ref.exr --compare filter=box,gaussian");

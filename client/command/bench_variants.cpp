@@ -49,7 +49,7 @@ absl::StatusOr<std::vector<VariantOption>> parse_compare(const std::string& text
 absl::StatusOr<RenderOptions> with_option(RenderOptions options, const VariantOption& variant) {
   if (variant.option.empty()) return options;
   const absl::Status status =
-      options::parse_options([&](options::Command& command) { define_job_options(command, options); },
+      options::parse_options([&](options::Command& command) { define_job_options(command, options, false); },
                              {absl::StrCat("--", variant.option), variant.value});
   if (!status.ok())
     return absl::InvalidArgumentError(absl::StrCat("--compare ", variant.name(), ": ", status.message()));

@@ -32,5 +32,6 @@ void add_init_command(CommandLine& line);
 void add_bench_command(CommandLine& line);
 void add_radiosity_command(CommandLine& line);
 void add_query_command(CommandLine& line);
+void add_settings_command(CommandLine& line);
 
 }  // namespace tessera::client

@@ -213,8 +213,6 @@ void add_estimate_command(CommandLine& line) {
       .in_range(0, 1e6)
       .with_default();
   command.add_flag("--json", options->json, "as JSON");
-  command.group("Quality");
-  command.add("--spp", options->render.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options->render);
   command.option("--isa").one_of(local_isas());
   options->render.threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   add_estimate_command(line);
   add_radiosity_command(line);
   add_fetch_command(line);
+  add_settings_command(line);
   line.group("Jobs on the farm");
   for (const auto add :
        {add_jobs_command, add_job_command, add_watch_command, add_cancel_command, add_delete_command,

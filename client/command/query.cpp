@@ -143,7 +143,7 @@ int run(QueryOptions& options) {
                   "give --ray, --inside, --closest or --queries (any of them, as often as you like), or "
                   "--bounds, or --watertight");
   }
-  options.scene.job.integrator = "volpath";  // one that sees media
+  options.scene.job.settings.set_integrator("volpath");  // one that sees media
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(options.scene, exit_code);
   if (loaded == nullptr) return exit_code;

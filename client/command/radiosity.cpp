@@ -5,9 +5,9 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
-#include "command/own_options.h"
 #include "command/render_options.h"
 #include "command/report/output.h"
+#include "command/setting_options.h"
 #include "image/atomic_file.h"
 #include "local/bench_scene.h"
 #include "mesh/mesh_file.h"
@@ -19,7 +19,7 @@ int write_radiosity(RenderOptions options, Interrupt& interrupt) {
   absl::Status status = check_mesh_path(options.output);
   if (status.ok()) status = check_writable(options.output);
   if (!status.ok()) return report(kUsage, std::string{status.message()});
-  options.job.integrator = "radiosity";
+  options.job.settings.set_integrator("radiosity");
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(options, exit_code);
   if (loaded == nullptr) return exit_code;
@@ -50,7 +50,8 @@ void add_radiosity_command(CommandLine& line) {
   command.add("-o,--output", options->output, "the mesh: .ply (W/m^2) or .glb (COLOR_0)")
       .type_name("FILE")
       .required();
-  define_radiosity_options(command, options->job.own.radiosity);
+  define_settings(command, options->job.settings,
+                  [](const std::string& name) { return name.starts_with("radiosity."); });
   command.group("Output");
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");
   command.example("tessera radiosity scenes/cornell-box/scene.pbrt -o box.glb");

@@ -18,7 +18,6 @@
 #include "command/exit_code.h"
 #include "command/gltf_choice.h"
 #include "command/interrupt.h"
-#include "command/own_options.h"
 #include "command/read_option.h"
 #include "command/report/choice_text.h"
 #include "command/report/exr_options.h"
@@ -26,6 +25,7 @@
 #include "command/report/output.h"
 #include "command/report/phase.h"
 #include "command/report/scene_facts.h"
+#include "command/setting_options.h"
 #include "expression/polynomial.h"
 #include "import/import.h"
 #include "import/tessera_scene/animation.h"
@@ -75,21 +75,13 @@ void set_roots(v1::ImplicitSurface::Roots roots, v1::Scene& scene) {
   for (v1::Object& object : *scene.mutable_objects()) set(*object.mutable_shapes());
 }
 
-std::string check_integrator(const std::string& name) {
-  if (name == kAutoIntegrator || wire::find_algorithm(name) != nullptr) return "";
-  std::vector<std::string> names;
-  for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) names.emplace_back(algorithm.name);
-  names.emplace_back(kAutoIntegrator);
-  return absl::StrCat("there is no integrator '", name, "'", base::did_you_mean(name, names),
-                      "; there is: ", absl::StrJoin(names, ", "));
-}
-
-std::vector<options::Choice> integrators() {
-  std::vector<options::Choice> choices;
-  for (const wire::AlgorithmTraits& algorithm : wire::algorithms())
-    choices.push_back({algorithm.name, wire::description_of(algorithm)});
-  choices.push_back({kAutoIntegrator, "the best of path, bdpt, vcm and light, by a short pilot"});
-  return choices;
+/// Words of --aov.
+std::vector<std::string> channel_words() {
+  std::vector<std::string> words = wire::words_of(*v1::AOV_descriptor());
+  for (const char* const layer :
+       {"bounce0..bounce5", "lights", "emission", "shadow", "strategies", "unweighted-strategies"})
+    words.emplace_back(layer);
+  return words;
 }
 
 std::string check_define(const std::string& text) {
@@ -103,6 +95,66 @@ std::string name_of(const std::string& file, const ImportedScene& imported) {
   const std::filesystem::path path = std::filesystem::absolute(file);
   if (!imported.scene.name().empty() && imported.scene.name() != path.stem()) return imported.scene.name();
   return (path.stem().string().starts_with("scene") ? path.parent_path().filename() : path.stem()).string();
+}
+
+void define_film_options(options::Command& command, RenderOptions& options) {
+  JobSettings& job = options.job;
+  command.group("Quality");
+  add_parsed(command, "--filter", job.filter, parse_filter, "box, triangle, gaussian, mitchell or lanczos")
+      .type_name("NAME");
+  const auto read_denoise = [&denoise = job.denoise](const std::string& word) {
+    const absl::StatusOr<std::optional<DenoiseMethod>> method = parse_denoise_method(word);
+    if (method.ok()) denoise = *method;
+    return method.status();
+  };
+  command
+      .add_read_by("--denoise", read_denoise,
+                   "take noise out: regression, statistical, oidn or off; the picture is biased then")
+      .type_name("NAME")
+      .completing({"regression", "statistical", "oidn", "off"});
+  command.group("Image");
+  add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
+  add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
+  command
+      .add("--overscan", job.overscan,
+           "pixels to render on each side beyond the image; the EXR's data window has them")
+      .in_range(0, wire::kMaxFilmSide / 4)
+      .as_setting();
+  const auto add_aov = [&aovs = job.aovs, &layers = job.layers](const std::string& word) {
+    if (const absl::StatusOr<bool> taken = take_layer_word(word, layers); !taken.ok() || *taken)
+      return taken.status();
+    const absl::StatusOr<v1::AOV> aov = wire::value_of<v1::AOV>(word);
+    if (aov.ok()) aovs.push_back(*aov);
+    return aov.status();
+  };
+  command
+      .add_list_read_by(
+          "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
+          "further channels, or layers of light: albedo, normal, depth, lights ... (tessera settings aov)")
+      .separated_by_commas()
+      .type_name("NAME,...")
+      .completing(channel_words());
+  add_parsed(command, "--layers", job.layers.layers, layers::parse_layers,
+             "light of some paths as channels NAME.R, .G, .B: caustics=LS+DE (docs/layers.md)")
+      .type_name("NAME=EXPRESSION,...");
+  command.group("Computation");
+  command
+      .add("--tile", job.tile_size,
+           "side of a tile, pixels (default: 32; 128 where pixels share light or samples)")
+      .in_range(1, wire::kMaxTileSize)
+      .as_setting();
+  command.add("-D", options.defines, "a parameter of the scene; may be repeated")
+      .type_name("NAME=VALUE")
+      .checked_by(check_define);
+  add_parsed(
+      command, "--roots", options.roots, wire::value_of<v1::ImplicitSurface::Roots>,
+      "search along rays for implicit surfaces, whatever the scene says: auto, sturm, interval or newton")
+      .type_name("NAME")
+      .as_setting();
+  command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME").as_setting();
+  define_gltf_options(command, options.gltf);
+  for (const char* const name : {"--camera", "--time", "--animation", "--variant", "--default-light"})
+    command.option(name).as_setting();
 }
 
 }  // namespace
@@ -124,119 +176,22 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   command.group("Image");
   command.add("-o,--output", options.output, "the image: .exr (linear) or .png (tone-mapped)")
       .type_name("FILE");
-  define_exr_options(command, options.exr);
-  command.group("Quality");
-  command.add("--spp", options.job.spp, "samples a pixel").in_range(1, wire::kMaxSamplesPerPixel);
   define_job_options(command, options);
+  command.group("Image");
+  define_exr_options(command, options.exr);
+  for (const char* const name :
+       {"--half-layers", "--multipart", "--exr-compression", "--channel-names", "--exr-tiles",
+        "--frame-memory", "--crypto-ranks", "--attribute", "--exr-mipmaps"})
+    command.option(name).as_setting();
   command.group("Output");
   command.add("--stats", options.stats, "write run time and counts to this file").type_name("FILE.json");
   command.add_flag("--quiet", options.quiet, "no progress, no warnings");
 }
 
-void define_job_options(options::Command& command, RenderOptions& options) {
-  JobSettings& job = options.job;
-  command.group("Quality");
-  command
-      .add("--noise", job.noise,
-           "relative error that the picture is to have, with --spp as the upper bound; 0: no target")
-      .type_name("ERROR");
-  command.add("--max-depth", job.max_depth, "scattering events on a path; 0 shows emitters only")
-      .in_range(0, wire::kMaxDepth);
-  command
-      .add("--integrator", job.integrator,
-           "how light is found; more samples lead to the right picture with what is unbiased or consistent")
-      .type_name("NAME")
-      .listing(integrators())
-      .checked_by(check_integrator);
-  add_word(command, "--sampler", job.sampler, "sobol, z-sobol or independent");
-  add_parsed(command, "--seed", job.seed, parse_seed, "seed of the sampler").type_name("N");
-  add_parsed(command, "--filter", job.filter, parse_filter,
-             "pixel filter: box, triangle, gaussian, mitchell or lanczos")
-      .type_name("NAME");
-  add_word(command, "--reconstruction", job.reconstruction,
-           "pixels that a sample goes into: sample (one), scatter (all whose filters reach it), or auto "
-           "(scatter where the filter gains by it)");
-  add_word(
-      command, "--path-sharing", job.path_sharing,
-      "neighbouring pixels that share the light of their paths: off, 4, 8, 16, or auto (8 or 16 where it "
-      "pays)");
-  const auto read_denoise = [&denoise = job.denoise](const std::string& word) {
-    const absl::StatusOr<std::optional<DenoiseMethod>> method = parse_denoise_method(word);
-    if (method.ok()) denoise = *method;
-    return method.status();
-  };
-  command
-      .add_read_by("--denoise", read_denoise,
-                   "take noise out of the picture, which is biased then (the raw one is kept as layer raw): "
-                   "regression, statistical, oidn or off (docs/denoising.md)")
-      .type_name("NAME")
-      .completing({"regression", "statistical", "oidn", "off"});
-  add_word(command, "--texture-filter", job.texture_filter,
-           "of image textures that name none: bilinear (at full resolution), trilinear or ewa");
-  command
-      .add(
-          "--texture-footprint", job.texture_footprint,
-          "what a look-up of a filtered texture or bump map covers, as a part of a pixel's width; 0: nothing "
-          "is filtered (default: 0.125)")
-      .in_range(0.0, wire::kMaxTextureFootprint);
-  command.group("Film");
-  add_parsed(command, "--resolution", job.resolution, parse_resolution, "size of the image").type_name("WxH");
-  add_parsed(command, "--crop", job.crop, parse_crop, "pixels to render").type_name("x0,y0,x1,y1");
-  command
-      .add("--overscan", job.overscan,
-           "pixels to render on each side beyond the image; the EXR's data window has them")
-      .in_range(0, wire::kMaxFilmSide / 4);
-  const auto add_aov = [&aovs = job.aovs, &layers = job.layers](const std::string& word) {
-    if (const absl::StatusOr<bool> taken = take_layer_word(word, layers); !taken.ok() || *taken)
-      return taken.status();
-    const absl::StatusOr<v1::AOV> aov = wire::value_of<v1::AOV>(word);
-    if (aov.ok()) aovs.push_back(*aov);
-    return aov.status();
-  };
-  command
-      .add_list_read_by(
-          "--aov", add_aov, [&aovs = job.aovs] { aovs.clear(); },
-          "further channels: variance, albedo, normal, depth, samples, alpha, id, visits, position, "
-          "camera-normal, uv, motion, material-id, crypto-object, crypto-material, crypto-asset, halves; "
-          "layers: "
-          "bounce0..bounceN, lights, emission, shadow, strategies, unweighted-strategies")
-      .separated_by_commas()
-      .type_name("NAME,...");
-  add_parsed(command, "--layers", job.layers.layers, layers::parse_layers,
-             "light of some paths as channels NAME.R, .G, .B: caustics=LS+DE (docs/layers.md)")
-      .type_name("NAME=EXPRESSION,...");
-  command.group("Computation");
-  add_word(command, "--accelerator", job.accelerator,
-           "structure that rays search: embree, brute, bvh-median, bvh-sah, sphere-tree, grid, octree, bsp, "
-           "kd-median or kd-sah (docs/accelerators.md)");
-  command.add("--grid-density", job.grid_density, "cells a primitive of accelerator grid (default: 27)")
-      .in_range(wire::kMinGridDensity, wire::kMaxGridDensity);
-  add_word(command, "--nesting", job.nesting,
-           "objects within objects: auto (flattened where there is room), kept or flattened");
-  add_word(command, "--intersection", job.intersection,
-           "ray-triangle tests: auto (robust where the geometry asks for it), fast or robust");
-  add_word(command, "--direct-light", job.direct_light,
-           "estimator of direct light: mis (light and BSDF sampling) or bsdf (no light sampling)");
-  add_word(
-      command, "--glass-shadows", job.glass_shadows,
-      "light on its way to a surface passes clear glass: traced (as paths find it by chance) or straight "
-      "(unbent: far less noise behind panes, an approximation behind other glass)");
-  add_word(command, "--light-selection", job.light_selection,
-           "probabilities of lights: auto, tree, mixed, power or uniform");
-  add_word(command, "--traversal", job.traversal, "trace rays by packet or single");
-  command
-      .add("--tile", job.tile_size, "side of a tile, pixels (default: 32; with reconstruction scatter 128)")
-      .in_range(1, wire::kMaxTileSize);
-  command.add("-D", options.defines, "a parameter of the scene; may be repeated")
-      .type_name("NAME=VALUE")
-      .checked_by(check_define);
-  add_parsed(
-      command, "--roots", options.roots, wire::value_of<v1::ImplicitSurface::Roots>,
-      "search along rays for implicit surfaces, whatever the scene says: auto, sturm, interval or newton")
-      .type_name("NAME");
-  command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME");
-  define_own_options(command, job.own);
-  define_gltf_options(command, options.gltf);
+void define_job_options(options::Command& command, RenderOptions& options, bool with_samples) {
+  define_settings(command, options.job.settings,
+                  [&](const std::string& name) { return with_samples || name != "spp"; });
+  define_film_options(command, options);
 }
 
 absl::Status check_stats(const RenderOptions& options) {

@@ -23,9 +23,14 @@ std::string shell_quoted(const std::string& text) {
 std::string words_of(const CommandSpec& command) {
   std::vector<std::string> words{"--help"};
   for (const auto& option : command.options) {
-    if (!option->is_argument()) words.insert(words.end(), option->names.begin(), option->names.end());
+    if (!option->is_argument() && !option->hidden)
+      words.insert(words.end(), option->names.begin(), option->names.end());
   }
   return absl::StrJoin(words, " ");
+}
+
+bool has_set(const CommandSpec& command) {
+  return std::ranges::any_of(command.options, [](const auto& option) { return option->sets; });
 }
 
 std::string bash(const std::string& program, const std::vector<Row>& rows, bool has_commands) {
@@ -39,8 +44,13 @@ std::string bash(const std::string& program, const std::vector<Row>& rows, bool 
       const auto pattern = [&](std::string* out, const std::string& name) {
         absl::StrAppend(out, "'", row.name, " ", name, "'");
       };
-      absl::StrAppend(&values, "    ", absl::StrJoin(option->names, "|", pattern),
-                      ") values=", shell_quoted(absl::StrJoin(value_words(*option), " ")), " ;;\n");
+      // Bash takes --set NAME=VALUE for four words, the third of which goes before VALUE.
+      std::vector<std::string> before = option->hidden ? std::vector<std::string>{} : option->names;
+      if (has_set(row.command) && !option->sets) before.push_back(option->name().substr(2));
+      if (before.empty()) continue;
+      absl::StrAppend(&values, "    ", absl::StrJoin(before, "|", pattern),
+                      ") values=", shell_quoted(absl::StrJoin(value_words(row.command, *option), " ")),
+                      " ;;\n");
     }
   }
   return absl::StrCat(
@@ -83,8 +93,8 @@ std::string zsh(const std::string& program, const std::vector<Row>& rows, bool h
     absl::StrAppend(&commands, "    '", in_zsh(row.name), ":", in_zsh(row.command.description), "'\n");
     std::string specs = "'--help[show the help]'";
     for (const auto& option : row.command.options) {
-      if (option->is_argument()) continue;
-      const std::vector<std::string> words = value_words(*option);
+      if (option->is_argument() || option->hidden) continue;
+      const std::vector<std::string> words = value_words(row.command, *option);
       for (const std::string& name : option->names) {
         absl::StrAppend(&specs, " \\\n        '", option->list ? "*" : "", name, "[",
                         in_zsh(option->description), "]");
@@ -123,13 +133,13 @@ std::string fish(const std::string& program, const std::vector<Row>& rows, bool 
       absl::StrAppend(&script, "complete -c ", program, when, " -F\n");
     }
     for (const auto& option : row.command.options) {
-      if (option->is_argument()) continue;
+      if (option->is_argument() || option->hidden) continue;
       absl::StrAppend(&script, "complete -c ", program, when);
       for (const std::string& name : option->names)
         absl::StrAppend(&script, name.starts_with("--") ? " -l " : " -s ",
                         name.substr(name.starts_with("--") ? 2 : 1));
       if (!option->is_flag()) script += " -r";
-      if (const std::vector<std::string> words = value_words(*option); !words.empty())
+      if (const std::vector<std::string> words = value_words(row.command, *option); !words.empty())
         absl::StrAppend(&script, " -f -a ", in_fish(absl::StrJoin(words, " ")));
       absl::StrAppend(&script, " -d ", in_fish(option->description), "\n");
     }
@@ -137,9 +147,23 @@ std::string fish(const std::string& program, const std::vector<Row>& rows, bool 
   return script;
 }
 
+/// "spp=", "sampler=sobol" ...
+std::vector<std::string> words_of_settings(const CommandSpec& command) {
+  std::vector<std::string> words;
+  for (const auto& option : command.options) {
+    if (option->is_argument() || option->sets) continue;
+    const std::string name = absl::StrCat(option->name().substr(2), option->is_flag() ? "" : "=");
+    const std::vector<std::string> values = value_words(command, *option);
+    for (const std::string& value : values) words.push_back(name + value);
+    if (values.empty()) words.push_back(name);
+  }
+  return words;
+}
+
 }  // namespace
 
-std::vector<std::string> value_words(const OptionSpec& option) {
+std::vector<std::string> value_words(const CommandSpec& command, const OptionSpec& option) {
+  if (option.sets) return words_of_settings(command);
   if (!option.completions.empty()) return option.completions;
   if (!option.choices.empty()) return option.choices;
   std::vector<std::string> words;

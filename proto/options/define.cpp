@@ -148,6 +148,21 @@ Option Option::needs(const Option& other) {
   return *this;
 }
 
+Option Option::as_flag() {
+  spec_->value_name.clear();
+  return *this;
+}
+
+Option Option::as_setting() {
+  spec_->hidden = true;
+  return *this;
+}
+
+Option Option::formerly(std::string name) {
+  spec_->former.push_back(std::move(name));
+  return *this;
+}
+
 Option Option::checked_by(std::function<std::string(const std::string&)> check) {
   spec_->checks.push_back(std::move(check));
   return *this;
@@ -232,10 +247,16 @@ Option Command::add_list_read_by(const char* name, std::function<absl::Status(co
 
 Option Command::add_flag(const char* name, bool& value, const char* description) {
   OptionSpec& spec = add_spec(*spec_, name, description, "");
-  spec.take = [&value](const std::string&) {
-    value = true;
+  spec.take = [&value](const std::string& text) {
+    value = text != "off";
     return absl::OkStatus();
   };
+  return Option{spec};
+}
+
+Option Command::add_set(const char* description) {
+  OptionSpec& spec = add_spec(*spec_, "--set", description, "NAME=VALUE");
+  spec.list = spec.sets = true;
   return Option{spec};
 }
 
@@ -246,9 +267,9 @@ std::vector<std::string> Command::given(const std::vector<std::string>& but_for)
   for (const auto& option : spec_->options) {
     const bool left_out =
         std::ranges::any_of(but_for, [&](const std::string& name) { return option->is_called(name); });
-    if (option->is_argument() || left_out) continue;
+    if (option->is_argument() || option->sets || left_out) continue;
     for (const std::string& value : option->given)
-      words.push_back(option->is_flag() ? option->name() : option->name() + "=" + value);
+      words.push_back(absl::StrCat(option->name(), value.empty() ? "" : "=", value));
   }
   return words;
 }

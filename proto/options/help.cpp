@@ -1,10 +1,12 @@
 // Text of --help.
 #include <algorithm>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
+#include "base/nearest_name.h"
 #include "options/spec.h"
 
 namespace tessera::options {
@@ -14,18 +16,38 @@ constexpr std::size_t kColumns = 80;
 constexpr std::size_t kRight = 28;  // where the right column begins
 constexpr double kFarBound = 1e6;   // nobody comes near such a bound
 
-/// An option in two columns, and its choices with their meanings.
+/// An option in two columns.
 std::string lines_of(const OptionSpec& option) {
-  std::string lines = help_line(left_of(option), right_of(option), kRight);
-  for (const Choice& choice : option.listed) {
-    absl::StrAppend(&lines, help_line(absl::StrCat("        ", choice.name), choice.meaning, kRight));
-  }
-  return lines;
+  return help_line(left_of(option), right_of(option), kRight);
+}
+
+/// "spp=N": as --set takes it.
+std::string as_setting(const OptionSpec& option) {
+  return absl::StrCat(option.name().substr(2), option.is_flag() ? "" : "=", option.value_name);
+}
+
+/// All that there is to know of an option.
+std::string page_of(const OptionSpec& option) {
+  std::string page = absl::StrCat(wrapped(option.description, 0), "\n\n  --set ", as_setting(option), "\n");
+  if (!option.hidden)
+    absl::StrAppend(&page, "  ", option.name(), option.is_flag() ? "" : " ", option.value_name, "\n");
+  for (const std::string& former : option.former)
+    absl::StrAppend(&page, "  ", former, " in older versions, which is still taken\n");
+  if (option.range)
+    absl::StrAppendFormat(&page, "\nfrom %.15g to %.15g\n", option.range->first, option.range->second);
+  if (!option.shown_default.empty()) absl::StrAppend(&page, "\ndefault: ", option.shown_default, "\n");
+  if (option.listed.empty() && !option.completions.empty())
+    absl::StrAppend(&page, "\n", wrapped(absl::StrJoin(option.completions, ", "), 0), "\n");
+  if (!option.listed.empty()) page += "\n";
+  for (const Choice& choice : option.listed)
+    absl::StrAppend(&page, help_line(choice.name, choice.meaning, kRight));
+  return page;
 }
 
 }  // namespace
 
 std::string left_of(const OptionSpec& option) {
+  if (option.hidden) return as_setting(option);
   std::string left = absl::StrJoin(option.names, ", ");
   if (option.is_argument()) return option.list ? left + "..." : left;
   // Long names stand in one column.
@@ -38,6 +60,10 @@ std::string right_of(const OptionSpec& option) {
   if (const auto& names = option.choices;
       !names.empty() && option.description.find(names[0]) == std::string::npos) {
     remarks.push_back(absl::StrJoin(names, ", "));
+  }
+  if (!option.listed.empty()) {
+    const auto name_of = [](std::string* out, const Choice& choice) { out->append(choice.name); };
+    remarks.push_back(absl::StrJoin(option.listed, ", ", name_of));
   }
   if (option.range && option.range->second < kFarBound)
     remarks.push_back(absl::StrFormat("%.15g to %.15g", option.range->first, option.range->second));
@@ -100,7 +126,8 @@ std::string help_of(const CommandSpec& command) {
     if (option->is_argument() && !option->description.empty()) {
       absl::StrAppend(&arguments, lines_of(*option));
     }
-    if (!option->is_argument() && std::ranges::find(groups, option->group) == groups.end()) {
+    if (!option->is_argument() && !option->hidden &&
+        std::ranges::find(groups, option->group) == groups.end()) {
       groups.push_back(option->group);
     }
   }
@@ -108,7 +135,7 @@ std::string help_of(const CommandSpec& command) {
   for (const std::string& group : groups) {
     absl::StrAppend(&help, "\n", group, "\n");
     for (const auto& option : command.options) {
-      if (option->is_argument() || option->group != group) continue;
+      if (option->is_argument() || option->hidden || option->group != group) continue;
       absl::StrAppend(&help, lines_of(*option));
     }
   }
@@ -116,6 +143,27 @@ std::string help_of(const CommandSpec& command) {
   if (!command.examples.empty()) absl::StrAppend(&help, "\nfor example\n");
   for (const std::string& example : command.examples) absl::StrAppend(&help, "  ", example, "\n");
   return help;
+}
+
+absl::StatusOr<std::string> settings_of(const std::function<void(Command&)>& define,
+                                        const std::string& name) {
+  CommandSpec spec;
+  Command command{spec};
+  define(command);
+  if (const OptionSpec* const found = spec.find_setting(name); found != nullptr) return page_of(*found);
+  std::string text, group;
+  std::vector<std::string> names;
+  for (const auto& option : spec.options) {
+    if (option->is_argument() || option->sets) continue;
+    names.push_back(option->name().substr(2));
+    if (!name.empty() && !names.back().starts_with(name + ".")) continue;
+    if (std::exchange(group, option->group) != option->group)
+      absl::StrAppend(&text, text.empty() ? "" : "\n", group, "\n");
+    absl::StrAppend(&text, help_line(as_setting(*option), right_of(*option), kRight));
+  }
+  if (!text.empty()) return text;
+  return absl::NotFoundError(
+      absl::StrCat("there is no setting '", name, "'", base::did_you_mean(name, names)));
 }
 
 }  // namespace tessera::options

@@ -2,7 +2,6 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdlib>
-#include <map>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
@@ -17,7 +16,7 @@ namespace {
 /// there.
 std::string source_of(const OptionSpec& spec, const std::string& value) {
   const char* const variable = spec.environment.empty() ? nullptr : std::getenv(spec.environment.c_str());
-  return variable != nullptr && value == variable ? "$" + spec.environment : spec.name();
+  return variable != nullptr && value == variable ? "$" + spec.environment : spec.shown_name();
 }
 
 std::string needs_value(const OptionSpec& spec, const std::string& called) {
@@ -39,9 +38,10 @@ absl::Status take_one(OptionSpec& spec, const std::string& value) {
 /// Converts all values of an option or an argument. Throws ValidationError, as CLI11 expects of what it calls
 /// back.
 void take(OptionSpec& spec, const std::vector<std::string>& values) {
-  if (values.size() > 1 && !spec.list) throw CLI::ValidationError(spec.name() + " is given twice");
-  if (spec.list) spec.clear();
-  spec.given = values;
+  if (!spec.list && (values.size() > 1 || !spec.given.empty()))
+    throw CLI::ValidationError(spec.shown_name() + " is given twice");
+  if (spec.list && spec.given.empty()) spec.clear();
+  spec.given.insert(spec.given.end(), values.begin(), values.end());
   for (const std::string& value : values) {
     // CLI11 takes the option that follows for the value.
     if (!spec.is_argument() && value.starts_with("--"))
@@ -58,6 +58,33 @@ void take(OptionSpec& spec, const std::vector<std::string>& values) {
 
 std::string name_of(const std::string& word) { return word.substr(0, word.find('=')); }
 
+std::vector<std::string> names_of_settings(const CommandSpec& command) {
+  std::vector<std::string> names;
+  for (const auto& spec : command.options) {
+    if (!spec->is_argument() && !spec->sets) names.push_back(spec->name().substr(2));
+  }
+  return names;
+}
+
+/// Gives the option that `text`, "NAME=VALUE", names its value; a flag has none, or "on" or "off".
+void take_setting(CommandSpec& command, const std::string& text) {
+  const std::string name = name_of(text);
+  OptionSpec* const spec = command.find_setting(name);
+  if (spec == nullptr) {
+    throw CLI::ValidationError(absl::StrCat("there is no setting '", name, "'",
+                                            base::did_you_mean(name, names_of_settings(command))));
+  }
+  const bool has_value = name.size() < text.size();
+  const std::string value = has_value ? text.substr(name.size() + 1) : "";
+  if (!spec->is_flag() && !has_value)
+    throw CLI::ValidationError(
+        absl::StrCat("--set ", name, " needs a value: --set ", name, "=", spec->value_name));
+  if (!spec->is_flag()) return take(*spec, {value});
+  if (has_value && value != "on" && value != "off")
+    throw CLI::ValidationError(absl::StrCat(spec->shown_name(), " is on or off, not '", value, "'"));
+  take(*spec, {value});
+}
+
 /// A command line as CLI11 knows it: the options, and all arguments as one list, which it could not share out
 /// among arguments that follow a list.
 class Parser {
@@ -68,12 +95,10 @@ class Parser {
     const auto share_out = [this](const std::vector<std::string>& arguments) { take_arguments(arguments); };
     arguments_ = app_.add_option_function<std::vector<std::string>>("ARGUMENTS", share_out);
     for (const auto& spec : command.options) {
-      if (!spec->is_argument()) options_[spec.get()] = add(*spec);
+      spec->given.clear();
+      if (!spec->is_argument()) add(*spec);
     }
-    for (const auto& [spec, option] : options_) {
-      for (const OptionSpec* other : spec->excludes) option->excludes(options_.at(other));
-      for (const OptionSpec* other : spec->needs) option->needs(options_.at(other));
-    }
+    command.notices.clear();
   }
 
   absl::Status run() {
@@ -81,6 +106,7 @@ class Parser {
     try {
       app_.parse(reversed_words());
       if (arguments_->empty()) take_arguments({});
+      fault = mismatch_of_options();
     } catch (const CLI::RequiredError& error) {
       // A missing argument is told before a missing option.
       const OptionSpec* const argument = arguments_->empty() ? required_argument() : nullptr;
@@ -95,23 +121,54 @@ class Parser {
       const std::string name = name_of(app_.remaining().front());
       fault = absl::StrCat("there is no option '", name, "'", base::did_you_mean(name, names_of_options()));
     }
+    if (fault.empty()) note_former_names();
     return fault.empty() ? absl::OkStatus() : absl::InvalidArgumentError(fault);
   }
 
  private:
-  CLI::Option* add(OptionSpec& spec) {
-    const std::string names = absl::StrJoin(spec.names, ",");
+  void add(OptionSpec& spec) {
+    std::vector<std::string> all = spec.names;
+    all.insert(all.end(), spec.former.begin(), spec.former.end());
+    const std::string names = absl::StrJoin(all, ",");
     if (spec.is_flag()) {
-      return app_.add_flag_function(names, [&spec](std::int64_t) { take(spec, {""}); })
-          ->disable_flag_override();
+      app_.add_flag_function(names, [&spec](std::int64_t) { take(spec, {""}); })->disable_flag_override();
+      return;
     }
-    const auto take_all = [&spec](const std::vector<std::string>& values) { take(spec, values); };
-    return app_.add_option_function<std::vector<std::string>>(names, take_all)
+    const auto take_all = [this, &spec](const std::vector<std::string>& values) {
+      if (!spec.sets) return take(spec, values);
+      for (const std::string& value : values) take_setting(command_, value);
+    };
+    app_.add_option_function<std::vector<std::string>>(names, take_all)
         ->expected(1)
         ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
         ->allow_extra_args(false)
         ->required(spec.required)
         ->envname(spec.environment);
+  }
+
+  /// Options of which one is given without one that it needs, or with one that it excludes; empty: none.
+  std::string mismatch_of_options() const {
+    for (const auto& spec : command_.options) {
+      if (spec->given.empty()) continue;
+      for (const OptionSpec* other : spec->excludes) {
+        if (!other->given.empty()) return absl::StrCat(spec->shown_name(), " excludes ", other->shown_name());
+      }
+      for (const OptionSpec* other : spec->needs) {
+        if (other->given.empty()) return absl::StrCat(spec->shown_name(), " requires ", other->shown_name());
+      }
+    }
+    return "";
+  }
+
+  void note_former_names() {
+    for (const std::string& word : words_) {
+      const std::string name = name_of(word);
+      const OptionSpec* const spec = command_.find(name);
+      if (spec == nullptr || std::ranges::find(spec->former, name) == spec->former.end()) continue;
+      const std::string value = spec->is_flag() ? "" : "=" + spec->value_name;
+      command_.notices.push_back(
+          absl::StrCat(name, " is --set ", spec->name().substr(2), value, " from now on"));
+    }
   }
 
   /// CLI11 reads from the end. An empty value, "--name=", is a word of its own, or CLI11 would take the next
@@ -181,21 +238,28 @@ class Parser {
   CommandSpec& command_;
   const std::vector<std::string>& words_;
   CLI::App app_;
-  std::map<const OptionSpec*, CLI::Option*> options_;
   CLI::Option* arguments_ = nullptr;
 };
 
 }  // namespace
 
 bool OptionSpec::is_called(std::string_view name) const {
-  return std::ranges::find(names, name) != names.end();
+  return std::ranges::find(names, name) != names.end() || std::ranges::find(former, name) != former.end();
 }
+
+std::string OptionSpec::shown_name() const { return hidden ? name().substr(2) : name(); }
 
 OptionSpec* CommandSpec::find(std::string_view name) const {
   for (const auto& option : options) {
     if (option->is_called(name)) return option.get();
   }
   return nullptr;
+}
+
+OptionSpec* CommandSpec::find_setting(std::string name) const {
+  std::ranges::replace(name, '_', '-');
+  OptionSpec* const spec = find("--" + name);
+  return spec == nullptr || spec->sets ? nullptr : spec;
 }
 
 absl::Status take_default(CommandSpec& command, const FileValue& value) {

@@ -100,7 +100,9 @@ Outcome Program::parse_command(const std::string& name, const std::vector<std::s
     return parts.wrong(command.path, std::string{status.message()}, usage_of(command));
   }
   parts_->chosen = &command;
-  return {};
+  std::string notices;
+  for (const std::string& notice : command.notices) absl::StrAppend(&notices, "note: ", notice, "\n");
+  return {std::nullopt, "", notices};
 }
 
 Outcome Program::parse(const std::vector<std::string>& words) {

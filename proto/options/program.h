@@ -41,7 +41,7 @@ class Option {
   Option in_range(double least, double most);
   /// Names that --help lists, unless the description does.
   Option one_of(std::vector<std::string> names);
-  /// Values with their meanings, for --help to list; they are not checked.
+  /// Values, which --help names, with their meanings, which settings_of() tells; they are not checked.
   Option listing(std::vector<Choice> choices);
   /// The value is a list: "a,b,c".
   Option separated_by_commas();
@@ -53,6 +53,13 @@ class Option {
   Option needs(const Option& other);
   /// Words that shells offer as the value; they are not checked.
   Option completing(std::vector<std::string> words);
+  /// Makes it a flag: what reads its text gets "" where the flag is given, or "on" or "off" by --set.
+  Option as_flag();
+  /// Leaves it out of --help: settings_of() tells of it. It is given by `--set NAME=VALUE`, where NAME is its
+  /// long name without hyphens in front, or like other options.
+  Option as_setting();
+  /// A name that it had in an older version: it is taken, with a notice.
+  Option formerly(std::string name);
   /// Refuses texts with the fault that `check` returns; sound ones have an empty one.
   Option checked_by(std::function<std::string(const std::string&)> check);
 
@@ -89,6 +96,8 @@ class Command {
   Option add_list_read_by(const char* name, std::function<absl::Status(const std::string&)> take,
                           std::function<void()> clear, const char* description);
   Option add_flag(const char* name, bool& value, const char* description);
+  /// `--set NAME=VALUE`, which gives any other option by its long name.
+  Option add_set(const char* description);
   /// One that was added before.
   Option option(const char* name);
 
@@ -154,6 +163,11 @@ class Program {
   Outcome parse_command(const std::string& name, const std::vector<std::string>& rest);
   std::unique_ptr<Parts> parts_;
 };
+
+/// What there is to know of the option that `define` defines and whose long name is `name`; of all whose
+/// names begin with it and a period; or of all, a line each, where it is empty. NotFound, with the nearest
+/// name, where there is none.
+absl::StatusOr<std::string> settings_of(const std::function<void(Command&)>& define, const std::string& name);
 
 /// Takes `words` ("--name", "value" ...) as the options that `define` defines. InvalidArgument says what is
 /// wrong.

@@ -20,7 +20,10 @@ struct OptionSpec {
   std::string description;
   std::string group;
   std::string shown_default;
-  std::string environment;  // a variable
+  std::string environment;          // a variable
+  std::vector<std::string> former;  // names of older versions
+  bool hidden = false;              // a setting, which --help leaves out
+  bool sets = false;                // --set itself
   bool required = false;
   bool list = false;
   bool commas = false;
@@ -40,6 +43,8 @@ struct OptionSpec {
   /// Name for people: the longest of its names.
   const std::string& name() const { return names.back(); }
   bool is_called(std::string_view name) const;
+  /// "--spp", and "mlt.step" of a setting.
+  std::string shown_name() const;
 };
 
 struct CommandSpec {
@@ -50,8 +55,11 @@ struct CommandSpec {
   std::vector<std::unique_ptr<OptionSpec>> options;
   std::string current_group = "Options";
   std::function<int()> action;
+  std::vector<std::string> notices;  // of names that are given and were replaced
 
   OptionSpec* find(std::string_view name) const;
+  /// The option that --set gives by this name; null where there is none.
+  OptionSpec* find_setting(std::string name) const;
 };
 
 /// Puts what `words` say into the variables. InvalidArgument says what is wrong with them.
@@ -61,11 +69,11 @@ absl::Status parse_words(CommandSpec& command, const std::vector<std::string>& w
 absl::Status take_default(CommandSpec& command, const FileValue& value);
 
 /// Words that an option's value is commonly one of; empty: any text, or a file's name.
-std::vector<std::string> value_words(const OptionSpec& option);
+std::vector<std::string> value_words(const CommandSpec& command, const OptionSpec& option);
 
-/// "-o, --output FILE".
+/// "-o, --output FILE", and "mlt.step=X" of a setting.
 std::string left_of(const OptionSpec& option);
-/// The words of --help on it, its range and default among that.
+/// The words of --help on it, its words, range and default among that.
 std::string right_of(const OptionSpec& option);
 
 /// "tessera render SCENE -o FILE [options]".

@@ -53,19 +53,7 @@ struct PhaseTraits {
   const PhaseBlobCheck* check = nullptr;  // of its blobs; null: only who reads them knows what they are
 };
 
-/// Settings that only some algorithms have: numbers of the fields of v1::RenderSettings and v1::Algorithms
-/// (own_settings.h).
-enum class OwnSettings : std::uint8_t {
-  kNone = 0,
-  kPhoton = 30,
-  kMetropolis = 32,
-  kRadiosity = 33,
-  kIrradianceCache = 34,
-  kPreview = 36,
-  kAmbientOcclusion = 39,
-  kGuiding = 40
-};
-
+/// Settings that one algorithm alone has are the message of RenderSettings and Algorithms with its name.
 struct AlgorithmTraits {
   const char* name;
   const char* summary = "";  // for people, in one line
@@ -89,7 +77,6 @@ struct AlgorithmTraits {
   bool diffuse_only = false;       // knows triangles of diffuse matter and nothing else
   bool lists_instances = false;    // goes over all of them: objects within objects are flattened
   Blindness blindness = Blindness::kNone;
-  OwnSettings own_settings = OwnSettings::kNone;
   std::span<const PhaseTraits> phases = {};
 };
 

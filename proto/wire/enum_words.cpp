@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/nearest_name.h"
+#include "tessera/v1/setting.pb.h"
 
 namespace tessera::wire {
 namespace {
@@ -70,6 +71,13 @@ std::vector<std::string> words_of(const EnumType& type) {
     if (!is_unspecified(*type.value(i))) words.push_back(word_for(*type.value(i)));
   }
   return words;
+}
+
+std::string meaning_of(const EnumType& type, const std::string& word) {
+  for (int i = 0; i < type.value_count(); ++i) {
+    if (word_for(*type.value(i)) == word) return type.value(i)->options().GetExtension(v1::meaning);
+  }
+  return "";
 }
 
 absl::StatusOr<int> number_of(const EnumType& type, const std::string& word, const std::string& what) {

@@ -13,8 +13,8 @@
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
 #include "wire/limits.h"
-#include "wire/own_settings.h"
 #include "wire/pixel_filter.h"
+#include "wire/settings.h"
 
 namespace tessera::wire {
 
@@ -88,12 +88,7 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
     return absl::InvalidArgumentError(
         "aov 'halves': with samples.noise, no fixed half of the samples is every pixel's");
   }
-  const double density = asked.grid_density();
-  if (density != 0 && !(density >= kMinGridDensity && density <= kMaxGridDensity)) {
-    return absl::InvalidArgumentError(absl::StrCat("grid_density is ", density, "; 0 or ", kMinGridDensity,
-                                                   " to ", kMaxGridDensity, " was expected"));
-  }
-  const bool counts = asked.accelerator() != v1::ACCELERATOR_UNSPECIFIED;
+  const bool counts = asked.accelerator() > v1::ACCELERATOR_EMBREE;
   if (!counts && std::ranges::find(spec.view().aovs(), v1::AOV_VISITS) != spec.view().aovs().end()) {
     return absl::InvalidArgumentError(
         "aov 'visits': accelerator 'embree' does not tell what rays visit; all others do");
@@ -113,6 +108,16 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   return absl::OkStatus();
 }
 
+/// The settings that its integrator alone has, and no others.
+absl::Status check_own_settings(const v1::Algorithms& algorithms) {
+  const std::string& integrator = algorithms.integrator();
+  if (auto s = check_owner(algorithms, integrator); !s.ok()) return s;
+  const FieldType* const own = own_settings(*algorithms.GetDescriptor(), integrator);
+  if (own == nullptr || algorithms.GetReflection()->HasField(algorithms, own)) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("integrator '", integrator, "' has settings of its own; the job has none"));
+}
+
 absl::Status check_sampler(const v1::JobSpec& spec) {
   const std::uint32_t bits = spec.view().sample_bits(), expected = sample_bits_of(spec);
   if (bits == expected) return absl::OkStatus();
@@ -121,20 +126,8 @@ absl::Status check_sampler(const v1::JobSpec& spec) {
                    spec.samples().spp(), " samples a pixel ", expected, " was expected"));
 }
 
-absl::Status check_footprint(const v1::JobSpec& spec) {
-  const double footprint = spec.view().texture_footprint();
-  if (footprint >= 0 && footprint <= kMaxTextureFootprint) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("view.texture_footprint is ", footprint, "; 0 to ",
-                                                 kMaxTextureFootprint, " pixels were expected"));
-}
-
 absl::Status check_noise(const v1::JobSpec& spec) {
-  const double noise = spec.samples().noise();
-  if (noise == 0) return absl::OkStatus();
-  if (!(noise >= kMinNoise && noise <= kMaxNoise)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("samples.noise is ", noise, "; 0 or ", kMinNoise, " to ", kMaxNoise, " was expected"));
-  }
+  if (spec.samples().noise() == 0) return absl::OkStatus();
   if (spec.samples().spp() < kLeastNoiseSamples) {
     return absl::InvalidArgumentError(absl::StrCat("samples.spp is ", spec.samples().spp(),
                                                    "; with samples.noise it is the cap, and ",
@@ -154,6 +147,9 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_known(spec); !s.ok()) return s;
   if (auto s = check_algorithm(spec); !s.ok()) return s;
   if (auto s = check_own_settings(spec.content().algorithms()); !s.ok()) return s;
+  if (auto s = check_values(spec.content().algorithms()); !s.ok()) return s;
+  if (auto s = check_values(spec.view()); !s.ok()) return s;
+  if (auto s = check_values(spec.samples()); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
   if (const std::size_t channels = channels_of(spec.view()).size(); channels > kMaxChannels) {
     return absl::InvalidArgumentError(absl::StrCat("the AOVs and layers have ", channels,
@@ -163,10 +159,9 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER) {
     if (auto s = allows_scattering(spec); !s.ok()) return s;
   }
-  if (spec.view().path_sharing() != 0) {
+  if (spec.view().path_sharing() != 0 && spec.view().path_sharing() != v1::PATH_SHARING_OFF) {
     if (auto s = allows_sharing(spec); !s.ok()) return s;
   }
-  if (auto s = check_footprint(spec); !s.ok()) return s;
   return check_noise(spec);
 }
 

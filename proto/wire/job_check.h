@@ -15,8 +15,8 @@ namespace tessera::wire {
 /// InvalidArgument, by name, where the job has a setting that this version does not know, an algorithm that
 /// does not exist or cannot do what the job asks for, layers that are none (layers/automaton.h), or noise
 /// that is out of range or does not go with the number of samples, the tile size or the samples of a unit;
-/// sample_bits that do not go with the sampler; or settings of single algorithms that are not right
-/// (own_settings.h).
+/// sample_bits that do not go with the sampler; settings of another algorithm; or one that is out of its
+/// bounds (settings.h).
 absl::Status check_settings(const v1::JobSpec& spec);
 
 /// The word for the bias of pictures that are made so; empty where there is no algorithm of that name.

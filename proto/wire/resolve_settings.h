@@ -5,10 +5,14 @@
 
 namespace tessera::wire {
 
-/// Sets the algorithms, the samples, and the view's sampler, seed, depth and layers to what `wishes` say, and
-/// to the defaults where they say nothing: integrator "path", sampler "sobol", 16 samples a pixel, depth 5.
-/// No path becomes longer than kMaxDepth. Samples go into several pixels only where that is asked for by
-/// name: what is best depends on the scene's filter (wire/pixel_filter.h).
+/// Sets the job's algorithms, view and samples to what `wishes` say, and to what is usual (settings.proto)
+/// where they say nothing: fields have the same names. No path becomes longer than kMaxDepth. Samples go into
+/// several pixels, and pixels share light, only where that is asked for by name: what is best depends on the
+/// scene (wire/pixel_filter.h) and on what else the job asks for.
 void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job);
+
+/// Gives `algorithms` the settings that its integrator alone has: what `wishes` say, and what is usual where
+/// they say nothing.
+void resolve_own_settings(const v1::RenderSettings& wishes, v1::Algorithms& algorithms);
 
 }  // namespace tessera::wire

@@ -11,9 +11,12 @@ import hashlib
 import warnings
 from collections.abc import Sequence
 
+from google.protobuf.descriptor import FieldDescriptor
+from google.protobuf.message import Message
+
 from tessera._values import checked
 from tessera.scene import Blob, Scene
-from tessera.v1 import camera_pb2, job_pb2, settings_pb2
+from tessera.v1 import camera_pb2, job_pb2, setting_pb2, settings_pb2
 
 #: Integrators whose jobs are made here.
 DIRECT = ("path", "volpath", "direct")
@@ -50,6 +53,35 @@ def _gains_by_scattering(pixel_filter: camera_pb2.PixelFilter) -> bool:
     if pixel_filter.kind == kinds.GAUSSIAN and (pixel_filter.sigma or 0.5) < 0.34:
         return False
     return min(radii) >= 0.8 and max(radii) <= 16
+
+
+def _is_set(message: Message, field: FieldDescriptor) -> bool:
+    return message.HasField(field.name) if field.has_presence else bool(getattr(message, field.name))
+
+
+def _resolved(wishes: settings_pb2.RenderSettings) -> settings_pb2.RenderSettings:
+    """The settings that every integrator has, with the usual values where `wishes` says nothing
+    (proto/wire/settings.h)."""
+    settings = settings_pb2.RenderSettings()
+    settings.CopyFrom(wishes)
+    for field in settings.DESCRIPTOR.fields:
+        if field.message_type or _is_set(settings, field):
+            continue
+        usual = field.GetOptions().Extensions[setting_pb2.setting].usual
+        if field.enum_type:
+            setattr(settings, field.name, 1)
+        elif usual:
+            setattr(settings, field.name, type(getattr(settings, field.name))(usual))
+    settings.max_depth = min(settings.max_depth, _MAX_DEPTH)
+    return settings
+
+
+def _copy_by_name(settings: settings_pb2.RenderSettings, part: Message) -> None:
+    """proto/wire/resolve_settings.cpp"""
+    for field in part.DESCRIPTOR.fields:
+        source = settings.DESCRIPTOR.fields_by_name.get(field.name)
+        if source and not source.message_type and _is_set(settings, source):
+            setattr(part, field.name, getattr(settings, field.name))
 
 
 def _has_borders(view: job_pb2.JobSpec.View) -> bool:
@@ -102,51 +134,30 @@ def make_spec(
         raise ValueError(f"there is no AOV '{unknown[0]}'; there are {', '.join(AOVS)}")
 
     spec = job_pb2.JobSpec()
-    algorithms = spec.content.algorithms
-    algorithms.integrator = integrator
-    algorithms.intersection = wishes.intersection or settings_pb2.INTERSECTION_AUTO
-    algorithms.direct_light = wishes.direct_light or settings_pb2.DIRECT_LIGHT_MIS
-    algorithms.light_selection = wishes.light_selection or settings_pb2.LIGHT_SELECTION_AUTO
-    algorithms.traversal = wishes.traversal or settings_pb2.TRAVERSAL_PACKET
-    if wishes.accelerator != settings_pb2.ACCELERATOR_EMBREE:
-        algorithms.accelerator = wishes.accelerator
-    if wishes.accelerator == settings_pb2.ACCELERATOR_GRID:
-        algorithms.grid_density = wishes.grid_density
-    if wishes.nesting != settings_pb2.NESTING_AUTO:
-        algorithms.nesting = wishes.nesting
-    if wishes.glass_shadows == settings_pb2.GLASS_SHADOWS_STRAIGHT:
-        algorithms.glass_shadows = wishes.glass_shadows
-    algorithms.texture_filter = wishes.texture_filter or settings_pb2.TEXTURE_FILTER_BILINEAR
-
-    spec.samples.spp = wishes.spp or 16
-    spec.samples.noise = wishes.noise
+    settings = _resolved(wishes)
+    for part in (spec.content.algorithms, spec.view, spec.samples):
+        _copy_by_name(settings, part)
     view = spec.view
     view.width, view.height = width, height
     view.aovs.extend(sorted({AOVS[aov] for aov in aovs}))  # type: ignore[arg-type]
-    view.sampler = wishes.sampler or settings_pb2.SAMPLER_SOBOL
     if view.sampler == settings_pb2.SAMPLER_Z_SOBOL:
         view.sample_bits = (spec.samples.spp - 1).bit_length()
-    view.seed = wishes.seed
-    view.max_depth = min(wishes.max_depth if wishes.HasField("max_depth") else 5, _MAX_DEPTH)
     view.layers.extend(wishes.layers)
-    footprint = wishes.HasField("texture_footprint")
-    view.texture_footprint = wishes.texture_footprint if footprint else 0.125
-    scatters = wishes.reconstruction == settings_pb2.RECONSTRUCTION_SCATTER or (
-        wishes.reconstruction != settings_pb2.RECONSTRUCTION_SAMPLE
-        and _gains_by_scattering(film.filter)
-    )
-    if scatters:
-        view.reconstruction = settings_pb2.RECONSTRUCTION_SCATTER
-    if wishes.path_sharing > settings_pb2.PATH_SHARING_OFF:
-        view.path_sharing = wishes.path_sharing
-    elif wishes.path_sharing != settings_pb2.PATH_SHARING_OFF and integrator in ("path", "volpath"):
-        if not wishes.layers and "variance" not in aovs:
-            view.path_sharing = settings_pb2.PATH_SHARING_AUTO
-        elif view.max_depth >= 2:
+    if settings.reconstruction == settings_pb2.RECONSTRUCTION_AUTO:
+        gains = _gains_by_scattering(film.filter)
+        view.reconstruction = (
+            settings_pb2.RECONSTRUCTION_SCATTER if gains else settings_pb2.RECONSTRUCTION_SAMPLE
+        )
+    if settings.path_sharing == settings_pb2.PATH_SHARING_AUTO:
+        can_share = integrator in ("path", "volpath")
+        cause = "layers" if wishes.layers else "the AOV variance" if "variance" in aovs else ""
+        if not can_share or cause:
+            view.path_sharing = settings_pb2.PATH_SHARING_OFF
+        if can_share and cause and view.max_depth >= 2:
             warnings.warn(
-                "pixels do not share the light of their paths, because of "
-                f"{'layers' if wishes.layers else 'the AOV variance'}: the picture may have several times the "
-                "variance; render it in a job of its own, or set settings.path_sharing to PATH_SHARING_OFF",
+                f"pixels do not share the light of their paths, because of {cause}: the picture may have several "
+                "times the variance; render it in a job of its own, or set settings.path_sharing to "
+                "PATH_SHARING_OFF",
                 stacklevel=3,
             )
 

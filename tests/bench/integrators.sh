@@ -24,7 +24,7 @@ out=$root/docs/integrators
 picture=${SECONDS_A_PICTURE:-1}
 measurement=(--spp "${SPP:-1,4,16}" --seeds "${SEEDS:-4}" --threads "${THREADS:-1}")
 size=(--resolution 96x72)
-occlusion=(--ao-distance 1)  # of integrator ao
+occlusion=(--set ao.distance=1)  # of integrator ao
 scratch=$(mktemp -d)
 trap 'rm -rf "$scratch"' EXIT
 references=${REFERENCES:-$scratch}

@@ -22,8 +22,17 @@ using ::testing::HasSubstr;
 const std::string kBox = "scenes/cornell-box/scene.pbrt";
 
 Arguments job_with(const std::string& memory_limit) {
-  return {kBox,    "--integrator", "radiosity", "--radiosity-error", "0.05",      "--resolution",
-          "32x32", "--spp",        "2",         "--memory-limit",    memory_limit};
+  return {kBox,
+          "--integrator",
+          "radiosity",
+          "--set",
+          "radiosity.error-bound=0.05",
+          "--resolution",
+          "32x32",
+          "--spp",
+          "2",
+          "--set",
+          "radiosity.memory-limit=" + memory_limit};
 }
 
 TEST(RadiosityOnAFarm, MemoryLimitsCoarsenLinksByTheSameBits) {
@@ -52,7 +61,7 @@ TEST(RadiosityOnAFarm, TooLittleMemoryIsRefusedBeforeASampleIsTaken) {
       tessera(farm.on_farm(Arguments{"submit"} + job_with("1K") + Arguments{"-o", image}));
   EXPECT_NE(done.status.code, 0);
   EXPECT_THAT(done.err, HasSubstr("radiosity of 36 triangles needs"));
-  EXPECT_THAT(done.err, HasSubstr("--memory-limit"));
+  EXPECT_THAT(done.err, HasSubstr("--set radiosity.memory-limit"));
   EXPECT_FALSE(std::filesystem::exists(image));
 }
 
@@ -90,7 +99,7 @@ class Exports : public testing::Test {
   std::string mesh(const std::string& name, const Arguments& more = {}) {
     const std::string file = (directory_.path() / name).string();
     const support::Finished done =
-        tessera(Arguments{"radiosity", kBox, "-o", file, "--radiosity-error", "0.05"} + more);
+        tessera(Arguments{"radiosity", kBox, "-o", file, "--set", "radiosity.error-bound=0.05"} + more);
     EXPECT_EQ(done.status.code, 0) << done.err;
     said_ = done.err;
     return bytes_of(file);
@@ -130,7 +139,7 @@ TEST_F(Exports, PlyHasTheLightOfTheBox) {
   }
   EXPECT_EQ(mesh("again.ply"), bytes);
   // Less memory, fewer patches, and it says so.
-  EXPECT_LT(Ply(mesh("small.ply", {"--memory-limit", "1M"})).faces, ply.faces);
+  EXPECT_LT(Ply(mesh("small.ply", {"--set", "radiosity.memory-limit=1M"})).faces, ply.faces);
 }
 
 TEST_F(Exports, GltfHasTheSameMeshWithColoursOfVertices) {

@@ -130,6 +130,16 @@ TEST(Usage, HelpFitsEightyColumnsWithoutJargon) {
   }
 }
 
+TEST(Usage, HelpOfRenderIsReadAtOnce) {
+  EXPECT_LE(lines_of(tessera({"render", "--help"}).out).size(), 61u) << "60 lines, and what is after the last";
+}
+
+TEST(Usage, AFormerNameIsTakenWithANotice) {
+  const support::Finished done = tessera({"render", "no-such-scene.pbrt", "-o", "x.exr", "--mutations", "64"});
+  EXPECT_THAT(done.err, HasSubstr("note: --mutations is --set mlt.mutations=N from now on"));
+  EXPECT_THAT(done.err, HasSubstr("there is no file no-such-scene.pbrt"));
+}
+
 TEST(Documentation, HasEveryOptionOfEveryProgram) {
   for (const Arguments& help : helps()) {
     const bool server = help[0] == server_program(), worker = help[0] == worker_program();
@@ -153,6 +163,11 @@ TEST(Documentation, HasEveryOptionOfEveryProgram) {
 TEST(Documentation, HasNoOptionThatThereIsNot) {
   std::set<std::string> options{"--help", "--version"};
   for (const Arguments& help : helps()) options.merge(options_of(help));
+  static const std::regex setting{"^  ([a-z.-]+)(=| ).*"};
+  for (const std::string& line : lines_of(tessera({"settings"}).out)) {
+    std::smatch match;
+    if (std::regex_match(line, match, setting)) options.insert("--" + match[1].str());
+  }
   for (const std::string& option : options_in(documentation())) {
     EXPECT_TRUE(options.contains(option)) << option << " is in docs/command-line.md, and no program has it";
   }
@@ -165,12 +180,12 @@ TEST(Documentation, HasEveryAov) {
   const std::string documented = section("### Options of `render` and `submit`");
   for (std::string name : std::vector<std::string>(absl::StrSplit(list, ", "))) {
     EXPECT_THAT(documented, HasSubstr("`" + name + "`"));
-    EXPECT_THAT(tessera({"render", "--help"}).out, HasSubstr(name));
+    EXPECT_THAT(tessera({"settings", "aov"}).out, HasSubstr(name));
   }
 }
 
 TEST(Documentation, ListsTheIntegratorsThatHelpLists) {
-  const std::string help = tessera({"render", "--help"}).out;
+  const std::string help = tessera({"settings", "integrator"}).out;
   static const std::regex row{"\\| `([a-z-]+)` \\| .* \\| ([a-z]+) \\|"};
   int rows = 0;
   for (const std::string& line : lines_of(section("### Integrators"))) {

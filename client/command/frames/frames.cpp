@@ -128,7 +128,8 @@ void define_frame_options(options::Command& command, RenderOptions& options) {
       .add_read_by("--frame-order", take_order,
                    "forward, reverse, or binary: the first, the last, the middle, and so on")
       .one_of({"forward", "reverse", "binary"})
-      .needs(list);
+      .needs(list)
+      .as_setting();
   command.add_flag("--skip-existing", frames.skip_existing, "leave out frames whose image is there")
       .needs(list);
   const auto take_rate = [&frames](const std::string& text) {
@@ -138,10 +139,12 @@ void define_frame_options(options::Command& command, RenderOptions& options) {
   };
   command.add_read_by("--fps", take_rate, "frames a second, also 30000/1001 (default: the scene's, or 24)")
       .type_name("RATE")
-      .needs(list);
+      .needs(list)
+      .as_setting();
   command.add("--preview-video", frames.preview_video, "a film of all frames by ffmpeg: .mp4 or .gif")
       .type_name("FILE")
-      .needs(list);
+      .needs(list)
+      .as_setting();
 }
 
 absl::Status check_frames(const RenderOptions& options) {

@@ -53,7 +53,7 @@ std::vector<Candidate> candidates_of(const JobSettings& request, const ImportedS
       continue;
     }
     JobSettings own = request;
-    own.integrator = tried;
+    own.settings.set_integrator(tried);
     absl::StatusOr<std::unique_ptr<PreparedJob>> job = prepare_job(own, imported, name);
     if (job.ok()) {
       candidate.job = *std::move(job);
@@ -263,7 +263,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> as_continued(const JobSettings& req
                                                           const ImportedScene& scene, const std::string& name,
                                                           const v1::JobSpec& continued) {
   JobSettings own = request;
-  own.integrator = continued.content().algorithms().integrator();
+  own.settings.set_integrator(continued.content().algorithms().integrator());
   absl::StatusOr<std::unique_ptr<PreparedJob>> job = prepare_job(own, scene, name);
   if (!job.ok()) return job.status();
   v1::JobSpec& spec = (*job)->spec;
@@ -312,7 +312,8 @@ absl::StatusOr<Tried> try_all(const JobSettings& request, const ChoiceOptions& o
 }  // namespace
 
 bool asks_for_choice(const JobSettings& request, const v1::Scene& scene) {
-  return (request.integrator.empty() ? scene.settings().integrator() : request.integrator) == kAutoIntegrator;
+  const std::string& asked = request.settings.integrator();
+  return (asked.empty() ? scene.settings().integrator() : asked) == kAutoIntegrator;
 }
 
 absl::StatusOr<ChosenJob> choose_job(const JobSettings& request, const ImportedScene& scene,

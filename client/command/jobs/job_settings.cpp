@@ -13,9 +13,9 @@
 #include "wire/film_size.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
-#include "wire/own_settings.h"
 #include "wire/pixel_filter.h"
 #include "wire/resolve_settings.h"
+#include "wire/settings.h"
 
 namespace tessera::client {
 namespace {
@@ -37,9 +37,9 @@ constexpr std::uint32_t kLeastBorderedSamples = 4;
 constexpr std::uint64_t kSamplesPerPasses = std::uint64_t{1} << 18;
 
 /// Exactly `N` numbers, with `separator` between them.
-template <std::size_t N, class Number = std::uint32_t>
-std::optional<std::array<Number, N>> parse_numbers(std::string_view text, char separator) {
-  std::array<Number, N> numbers{};
+template <std::size_t N>
+std::optional<std::array<std::uint32_t, N>> parse_numbers(std::string_view text, char separator) {
+  std::array<std::uint32_t, N> numbers{};
   const char* at = text.data();
   const char* const end = at + text.size();
   for (std::size_t i = 0; i < N; ++i) {
@@ -50,33 +50,6 @@ std::optional<std::array<Number, N>> parse_numbers(std::string_view text, char s
   }
   if (at != end) return std::nullopt;
   return numbers;
-}
-
-/// Wishes of the command line over those of the scene.
-v1::RenderSettings wishes_of(const JobSettings& request, const v1::RenderSettings& own,
-                             const v1::RenderSettings& scene) {
-  v1::RenderSettings asked = own;
-  asked.set_integrator(request.integrator);
-  if (request.spp) asked.set_spp(*request.spp);
-  if (request.max_depth) asked.set_max_depth(*request.max_depth);
-  if (request.seed) asked.set_seed(*request.seed);
-  if (request.noise) asked.set_noise(*request.noise);
-  asked.set_sampler(request.sampler);
-  asked.set_intersection(request.intersection);
-  asked.set_direct_light(request.direct_light);
-  asked.set_light_selection(request.light_selection);
-  asked.set_traversal(request.traversal);
-  asked.set_accelerator(request.accelerator);
-  if (request.grid_density) asked.set_grid_density(*request.grid_density);
-  asked.set_nesting(request.nesting);
-  asked.set_reconstruction(request.reconstruction);
-  asked.set_path_sharing(request.path_sharing);
-  asked.set_glass_shadows(request.glass_shadows);
-  asked.set_texture_filter(request.texture_filter);
-  if (request.texture_footprint) asked.set_texture_footprint(*request.texture_footprint);
-  v1::RenderSettings wishes = scene;
-  wishes.MergeFrom(asked);
-  return wishes;
 }
 
 absl::Status resolve_layers(const JobSettings& request, const v1::Scene& scene, v1::JobSpec::View& view) {
@@ -155,7 +128,8 @@ absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstructi
   if (wish == v1::RECONSTRUCTION_SAMPLE) return absl::OkStatus();
   const bool can = wire::allows_scattering(spec).ok();
   if (wish == v1::RECONSTRUCTION_SCATTER) {
-    if (!can && request.several_integrators) spec.mutable_view()->clear_reconstruction();
+    if (!can && request.several_integrators)
+      spec.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SAMPLE);
     return wire::check_scattering(filter);
   }
   if (can && wire::gains_by_scattering(filter))
@@ -170,7 +144,7 @@ void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSp
   if (wish == v1::PATH_SHARING_OFF) return;
   const bool can = wire::allows_sharing(spec).ok();
   if (wish > v1::PATH_SHARING_OFF) {
-    if (!can && request.several_integrators) spec.mutable_view()->clear_path_sharing();
+    if (!can && request.several_integrators) spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_OFF);
     return;
   }
   const bool variance = std::ranges::find(request.aovs, v1::AOV_VARIANCE) != request.aovs.end();
@@ -208,40 +182,6 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text) {
         absl::StrCat("expected WIDTHxHEIGHT, as in 640x480: pixels, ", wire::kFilmSizes));
   }
   return Resolution{(*numbers)[0], (*numbers)[1]};
-}
-
-absl::StatusOr<std::pair<double, double>> parse_reach(std::string_view text) {
-  const auto numbers = parse_numbers<2, double>(text, ',');
-  if (numbers && (*numbers)[0] >= wire::kLeastCacheReach && (*numbers)[0] <= (*numbers)[1] &&
-      (*numbers)[1] <= wire::kMostCacheReach)
-    return std::pair((*numbers)[0], (*numbers)[1]);
-  return absl::InvalidArgumentError(absl::StrCat("expected least,most with ", wire::kLeastCacheReach,
-                                                 " <= least <= most <= ", wire::kMostCacheReach,
-                                                 ", as in 3,32"));
-}
-
-absl::StatusOr<std::uint64_t> parse_seed(std::string_view text) {
-  std::uint64_t seed = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), seed);
-  if (error == std::errc{} && end == text.data() + text.size()) return seed;
-  return absl::InvalidArgumentError("expected a whole number from 0 to 2^64 - 1");
-}
-
-absl::StatusOr<std::uint64_t> parse_bytes(std::string_view text) {
-  std::uint64_t number = 0;
-  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
-  const std::string_view unit =
-      error == std::errc{} ? text.substr(static_cast<std::size_t>(end - text.data())) : "?";
-  constexpr std::string_view kUnits = "KMGT";
-  const std::size_t power = unit.size() == 1 ? kUnits.find(unit.front()) : std::string_view::npos;
-  const int shift = power == std::string_view::npos ? 0 : 10 * (static_cast<int>(power) + 1);
-  if ((unit.empty() || shift > 0) && number > 0 && number <= UINT64_MAX >> shift) return number << shift;
-  return absl::InvalidArgumentError("expected bytes, or K, M, G or T of them, as in 512M");
-}
-
-absl::StatusOr<bool> parse_switch(std::string_view text) {
-  if (text == "on" || text == "off") return text == "on";
-  return absl::InvalidArgumentError("expected on or off");
 }
 
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
@@ -296,6 +236,14 @@ std::set<v1::AOV> aovs_of(const JobSettings& request) {
   return aovs;
 }
 
+/// A fault of the job: OutOfRange where the scene without what the command line asks for would not have it.
+absl::Status blamed(const absl::Status& fault, const JobSettings& request, const ImportedScene& imported) {
+  const bool asks = request.settings.ByteSizeLong() > 0 || request.filter || !request.aovs.empty() ||
+                    request.layers.any() || request.denoise;
+  if (!asks || prepare_job({}, imported, "").status() == fault) return fault;
+  return absl::OutOfRangeError(fault.message());
+}
+
 void warn_of_bias(const v1::JobSpec& spec, std::vector<std::string>& warnings) {
   const wire::AlgorithmTraits& algorithm = *wire::find_algorithm(spec.content().algorithms().integrator());
   if (spec.content().algorithms().glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
@@ -324,14 +272,14 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   }
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
-  const v1::RenderSettings own = request.own.message();
-  const v1::RenderSettings wishes = wishes_of(request, own, scene.settings());
+  v1::RenderSettings wishes = scene.settings();
+  wishes.MergeFrom(request.settings);
   wire::resolve_settings(wishes, spec);
   if (auto s = resolve_layers(request, scene, *spec.mutable_view()); !s.ok()) return s;
   const std::string& integrator = spec.content().algorithms().integrator();
   if (absl::Status status = wire::check_algorithm_name(integrator); !status.ok()) return status;
   if (!request.several_integrators) {
-    if (absl::Status status = wire::check_owner(own, integrator); !status.ok())
+    if (absl::Status status = wire::check_owner(request.settings, integrator); !status.ok())
       return absl::OutOfRangeError(status.message());
   }
 
@@ -339,7 +287,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   if (absl::Status status =
           resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
       !status.ok())
-    return request.reconstruction != 0 ? absl::OutOfRangeError(status.message()) : status;
+    return blamed(status, request, imported);
   resolve_sharing(request, wishes.path_sharing(), spec, job->warnings);
   resolve_glass_shadows(request, *spec.mutable_content()->mutable_algorithms());
 
@@ -352,13 +300,8 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   cut.set_samples_per_unit(samples_of_a_unit(spec));
   if (spec.samples().noise() != 0) cut.set_samples_per_unit(std::bit_ceil(spec.samples().spp()));
   wire::add_phases(spec);
-  if (absl::Status status = wire::check_settings(spec); !status.ok()) {
-    const bool asked = request.noise || request.reconstruction != 0 || request.path_sharing != 0 ||
-                       request.glass_shadows != 0 || !request.integrator.empty() ||
-                       request.direct_light != 0 || !request.aovs.empty() || request.layers.any() ||
-                       request.denoise || own.ByteSizeLong() > 0;
-    return asked ? absl::OutOfRangeError(status.message()) : status;
-  }
+  if (absl::Status status = wire::check_settings(spec); !status.ok())
+    return blamed(status, request, imported);
   if (request.denoise && spec.samples().spp() < 2)
     return absl::OutOfRangeError("--denoise: one sample a pixel tells nothing of its noise; 2 or more do");
   warn_of_bias(spec, job->warnings);

@@ -11,7 +11,6 @@
 
 #include "absl/status/statusor.h"
 #include "command/jobs/layer_wishes.h"
-#include "command/jobs/own_wishes.h"
 #include "denoise/denoise.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/camera.pb.h"
@@ -27,29 +26,11 @@ struct Resolution {
 struct JobSettings {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;
-  std::uint32_t overscan = 0;  // pixels on each side that the film has more
-  std::optional<std::uint32_t> spp;
-  std::optional<double> noise;  // relative error at which sampling stops; 0: never
-  std::optional<std::uint32_t> max_depth;
-  std::optional<std::uint64_t> seed;
-  std::string integrator;
-  v1::Sampler sampler{};
+  std::uint32_t overscan = 0;                   // pixels on each side that the film has more
+  v1::RenderSettings settings;                  // over those of the scene, field by field
   std::optional<v1::PixelFilter::Kind> filter;  // with its usual radius
-  v1::Intersection intersection{};
-  v1::DirectLight direct_light{};
-  v1::Accelerator accelerator{};
-  std::optional<double> grid_density;
-  v1::Nesting nesting{};
-  v1::TextureFilter texture_filter{};
-  std::optional<double> texture_footprint;
-  v1::LightSelection light_selection{};
-  v1::Traversal traversal{};
-  OwnWishes own;
   // The same settings are for several integrators: those that one has not are left out, else refused.
   bool several_integrators = false;
-  v1::Reconstruction reconstruction{};
-  v1::PathSharing path_sharing{};
-  v1::GlassShadows glass_shadows{};
   std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
   std::optional<DenoiseMethod> denoise;  // of the picture, once it is rendered
@@ -78,19 +59,6 @@ absl::StatusOr<Resolution> parse_resolution(std::string_view text);
 
 /// "x0,y0,x1,y1" in pixels. InvalidArgument, with what was expected, otherwise.
 absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text);
-
-/// "least,most" in widths of a pixel: the reach of a cache's records. InvalidArgument, with what was
-/// expected, otherwise.
-absl::StatusOr<std::pair<double, double>> parse_reach(std::string_view text);
-
-/// "512M", "8G": bytes, by powers of 1024. InvalidArgument, with what was expected, otherwise.
-absl::StatusOr<std::uint64_t> parse_bytes(std::string_view text);
-
-/// "on" or "off". InvalidArgument otherwise.
-absl::StatusOr<bool> parse_switch(std::string_view text);
-
-/// A whole number of 64 bits without a sign. InvalidArgument, with what was expected, otherwise.
-absl::StatusOr<std::uint64_t> parse_seed(std::string_view text);
 
 /// Defaults are those of wire/resolve_settings.h. OutOfRange when the crop is not within the film, or what
 /// the command line asks for does not go with the rest; InvalidArgument when the scene itself asks for what

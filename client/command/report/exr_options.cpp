@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "command/jobs/job_settings.h"
+#include "wire/settings.h"
 #include "wire/tile_result.h"
 
 namespace tessera::client {
@@ -84,7 +85,7 @@ void define_exr_options(options::Command& command, ExrFormat& exr) {
       command.add("--exr-tiles", exr.tile_size, "EXR in tiles of this side, pixels; absent: scanlines")
           .in_range(kLeastTile, kMostTile);
   const auto take_memory = [&exr](const std::string& text) {
-    const auto bytes = parse_bytes(text);
+    const auto bytes = wire::parse_bytes(text);
     if (bytes.ok()) exr.frame_memory = *bytes;
     return bytes.status();
   };

@@ -9,6 +9,7 @@
 #include "import/input/integrator_choice.h"
 #include "import/mitsuba/document/property_reader.h"
 #include "wire/limits.h"
+#include "wire/settings.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -111,14 +112,14 @@ void write_photons(PropertyReader& reader, v1::RenderSettings& settings) {
     const std::int64_t photons = reader.integer(name, 0);
     if (photons > 0)
       settings.mutable_photon()->set_photons(
-          std::min(static_cast<std::uint64_t>(photons), wire::kMaxPhotons));
+          static_cast<std::uint64_t>(wire::within_bounds("photon.photons", static_cast<double>(photons))));
   }
   if (const double radius = reader.number("initial_radius", 0); radius > 0)
-    settings.mutable_photon()->set_radius(std::clamp(radius, wire::kMinPhotonRadius, wire::kMaxPhotonRadius));
+    settings.mutable_photon()->set_radius(wire::within_bounds("photon.radius", radius));
   if (reader.has("global_lookup_radius") || reader.has("caustic_lookup_radius")) {
     reader.warn(
-        "lookup radii in parts of the scene's size are not supported: --photon-radius and "
-        "--photon-caustic-radius set them");
+        "lookup radii in parts of the scene's size are not supported: --set "
+        "photon.radius and photon.caustic-radius set them");
     reader.ignore({"global_lookup_radius", "caustic_lookup_radius"});
   }
 }
@@ -147,9 +148,9 @@ void write_integrator(Context& context, Object* integrator) {
   if (!choice.warning.empty()) reader.warn(choice.warning);
   settings.set_integrator(choice.name);
   if (const double length = reader.number("ray_length", -1); length > 0)
-    settings.mutable_ambient_occlusion()->set_distance(length);
+    settings.mutable_ao()->set_distance(length);
   if (const double large = reader.number("p_large", 0); large > 0)
-    settings.mutable_metropolis()->set_large_steps(std::clamp(large, wire::kMinLargeSteps, 1.0));
+    settings.mutable_mlt()->set_large_steps(wire::within_bounds("mlt.large-steps", large));
   write_photons(reader, settings);
   if (type == "direct") {
     settings.set_max_depth(1);

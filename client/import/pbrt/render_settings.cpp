@@ -10,6 +10,7 @@
 #include "import/input/integrator_choice.h"
 #include "import/pbrt/file/tokenizer.h"
 #include "wire/limits.h"
+#include "wire/settings.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -41,14 +42,14 @@ constexpr std::string_view kSamplers[] = {"independent", "sobol",   "paddedsobol
 /// long its chains are follows from their number and the film's size.
 void write_metropolis(ParameterList& parameters, Diagnostics& diagnostics, v1::RenderSettings& settings) {
   if (const double large = parameters.get_float("largestepprobability", 0, diagnostics); large > 0)
-    settings.mutable_metropolis()->set_large_steps(std::clamp(large, wire::kMinLargeSteps, 1.0));
+    settings.mutable_mlt()->set_large_steps(wire::within_bounds("mlt.large-steps", large));
   // Its small steps are normally distributed.
   if (const double sigma = parameters.get_float("sigma", 0, diagnostics); sigma > 0)
-    settings.mutable_metropolis()->set_step(std::clamp(sigma, wire::kMinStep, wire::kMaxStep));
+    settings.mutable_mlt()->set_step(wire::within_bounds("mlt.step", sigma));
   const std::int64_t chains = std::max<std::int64_t>(parameters.get_integer("chains", 1000, diagnostics), 1);
   if (const std::int64_t paths = parameters.get_integer("bootstrapsamples", 0, diagnostics); paths > 0) {
-    settings.mutable_metropolis()->set_candidates(
-        static_cast<std::uint32_t>(std::clamp<std::int64_t>(paths / chains, 1, wire::kMaxCandidates)));
+    settings.mutable_mlt()->set_candidates(static_cast<std::uint32_t>(
+        wire::within_bounds("mlt.candidates", static_cast<double>(paths / chains))));
   }
 }
 
@@ -56,11 +57,11 @@ void write_metropolis(ParameterList& parameters, Diagnostics& diagnostics, v1::R
 /// pbrt's for "as is usual".
 void write_photons(ParameterList& parameters, v1::RenderSettings& settings, Diagnostics& diagnostics) {
   const double radius = parameters.get_float("radius", 0, diagnostics);
-  if (radius > 0)
-    settings.mutable_photon()->set_radius(std::clamp(radius, wire::kMinPhotonRadius, wire::kMaxPhotonRadius));
+  if (radius > 0) settings.mutable_photon()->set_radius(wire::within_bounds("photon.radius", radius));
   const std::int64_t photons = parameters.get_integer("photonsperiteration", 0, diagnostics);
   if (photons > 0)
-    settings.mutable_photon()->set_photons(std::min(static_cast<std::uint64_t>(photons), wire::kMaxPhotons));
+    settings.mutable_photon()->set_photons(
+        static_cast<std::uint64_t>(wire::within_bounds("photon.photons", static_cast<double>(photons))));
 }
 
 }  // namespace
@@ -89,7 +90,7 @@ void write_integrator(Context& context, Directive& integrator) {
     settings.set_direct_light(v1::DIRECT_LIGHT_BSDF);
   if (const double distance = parameters.get_float("maxdistance", 0, diagnostics);
       distance > 0 && std::isfinite(distance))
-    settings.mutable_ambient_occlusion()->set_distance(distance);
+    settings.mutable_ao()->set_distance(distance);
   if (integrator.type == "mlt") write_metropolis(parameters, diagnostics, settings);
   write_photons(parameters, settings, diagnostics);
   const std::int64_t depth = parameters.get_integer("maxdepth", 5, diagnostics);

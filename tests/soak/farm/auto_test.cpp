@@ -96,7 +96,7 @@ TEST(Auto, IsRefusedWhereNothingCanBeChosen) {
     EXPECT_EQ(done.status.code, 2) << done.err;
     EXPECT_THAT(done.err, HasSubstr(what));
   };
-  expect_refusal({"render", kBox, "--integrator", "auto", "--photon-radius", "0.1", "-o", "/tmp/no.exr"},
+  expect_refusal({"render", kBox, "--integrator", "auto", "--set", "photon.radius=0.1", "-o", "/tmp/no.exr"},
                  "photon");
   expect_refusal({"bench", kBox, "--integrator", "auto", "--make-reference", "4"}, "has to be named");
   expect_refusal({"bench", kBox, "--compare", "integrator=path,auto", "--make-reference", "4"},

@@ -21,7 +21,7 @@ std::string scene(double disk_radius, double distance) {
       " world_from_camera { elements: [1,0,0,0, 0,0,-1,0.5, 0,1,0,0, 0,0,0,1] } }"
       " film { width: ",
       kSide, " height: ", kSide, " filter { kind: BOX } }", " settings { integrator: 'ao' spp: ", kSamples,
-      " sampler: SAMPLER_INDEPENDENT ambient_occlusion { distance: ", distance, " } }",
+      " sampler: SAMPLER_INDEPENDENT ao { distance: ", distance, " } }",
       " shapes { disk { radius: 10 } world_from_object { elements: [1,0,0,0, 0,0,1,0, 0,-1,0,0, 0,0,0,1] } "
       "}",
       " shapes { disk { radius: ", disk_radius,

@@ -28,7 +28,7 @@ void expect_agreement(const std::string& scene, std::uint32_t max_depth = 5, std
   };
   // Close to lamps in media, paths are few and bright: chains need more candidates.
   const std::uint32_t passes = reference == "path" ? 128 : 256;
-  for (const Other& other : {Other{"bdpt", 256}, Other{"mlt", passes, "metropolis { mutations: 32 }"}}) {
+  for (const Other& other : {Other{"bdpt", 256}, Other{"mlt", passes, "mlt { mutations: 32 }"}}) {
     SCOPED_TRACE(other.integrator);
     request.integrator = other.integrator;
     request.spp = samples_of_form(other.spp);

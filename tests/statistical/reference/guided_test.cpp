@@ -33,7 +33,7 @@ constexpr const char* kRoom =
     "lights { distant { direction { x: 1 y: -0.6 z: 0.1 } irradiance { constant: 20 } } }";
 
 // So many that most cells have a density of their own.
-constexpr const char* kLearned = "guiding { samples: 100 }";
+constexpr const char* kLearned = "guided { samples: 100 }";
 
 PictureRequest request_of(const std::string& scene, const std::string& integrator) {
   PictureRequest request;
@@ -105,7 +105,7 @@ TEST(Guided, FieldHasOneResult) {
   constexpr std::uint32_t kSide = 32;
   SceneJob job;
   job.settings.set_integrator("guided");
-  job.settings.mutable_guiding()->set_samples(30);
+  job.settings.mutable_guided()->set_samples(30);
   job.settings.set_spp(4);
   const std::string film = " film { width: 32 height: 32 }";
   const auto file = load_scene_text(kRoom + film, job, render::supported_isas().front());

@@ -26,7 +26,7 @@ void expect_agreement(const std::string& scene, const std::string& filter) {
     const char* settings = "";
   };
   for (const Other& other : {Other{"light", 1024, 0.01}, Other{"bdpt", 512, 0.01},
-                             Other{"mlt", 128, 0.02, "metropolis { mutations: 32 }"}}) {
+                             Other{"mlt", 128, 0.02, "mlt { mutations: 32 }"}}) {
     SCOPED_TRACE(other.integrator);
     request.integrator = other.integrator;
     request.spp = samples_of_form(other.spp);

@@ -194,7 +194,7 @@ TEST(Radiosity, SaysWhatMemoryASceneNeedsBeforeItBegins) {
   job.settings.mutable_radiosity()->set_memory_limit(1000);
   const std::string message = refusal(kLamp, job);
   EXPECT_NE(message.find("2 triangles"), std::string::npos) << message;
-  EXPECT_NE(message.find("--memory-limit"), std::string::npos) << message;
+  EXPECT_NE(message.find("--set radiosity.memory-limit"), std::string::npos) << message;
 }
 
 }  // namespace

@@ -177,8 +177,8 @@ TEST(JobSettings, CryptomatteTakesTheFiltersOwnSamples) {
   request.aovs = {v1::AOV_CRYPTO_OBJECT};
   const auto job = prepare_job(request, imported, "");
   ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ((*job)->spec.view().reconstruction(), v1::RECONSTRUCTION_UNSPECIFIED);
-  request.reconstruction = v1::RECONSTRUCTION_SCATTER;
+  EXPECT_EQ((*job)->spec.view().reconstruction(), v1::RECONSTRUCTION_SAMPLE);
+  request.settings.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
   EXPECT_THAT(std::string(prepare_job(request, imported, "").status().message()), HasSubstr("Cryptomatte"));
 }
 

@@ -28,8 +28,8 @@ ImportedScene empty_scene() {
 
 JobSettings asking_for_auto() {
   JobSettings request;
-  request.integrator = kAutoIntegrator;
-  request.spp = 4;
+  request.settings.set_integrator(kAutoIntegrator);
+  request.settings.set_spp(4);
   return request;
 }
 
@@ -48,7 +48,7 @@ TEST(AutoChoice, IsAskedForByTheCommandLineOrTheScene) {
   scene.mutable_settings()->set_integrator("auto");
   EXPECT_TRUE(asks_for_choice({}, scene));
   JobSettings named;
-  named.integrator = "bdpt";
+  named.settings.set_integrator("bdpt");
   EXPECT_FALSE(asks_for_choice(named, scene));
 }
 
@@ -65,14 +65,14 @@ TEST(AutoChoice, MediaArePathsThroughMedia) {
 
 TEST(AutoChoice, SettingsLeaveOutWhatDoesNotGoWithThem) {
   JobSettings request = asking_for_auto();
-  request.direct_light = v1::DIRECT_LIGHT_BSDF;
+  request.settings.set_direct_light(v1::DIRECT_LIGHT_BSDF);
   const auto chosen = choose_job(request, empty_scene(), "", {});
   ASSERT_TRUE(chosen.ok()) << chosen.status();
   EXPECT_EQ(chosen->job->spec.content().algorithms().integrator(), "path");
   for (const char* other : {"bdpt", "vcm", "light"}) EXPECT_THAT(left_out(*chosen, other), HasSubstr("bsdf"));
 
-  request.own.cache.view = true;
-  EXPECT_THAT(choose_job(request, empty_scene(), "", {}).status().message(), HasSubstr("irradiance_cache"));
+  request.settings.mutable_irradiance_cache()->set_view(true);
+  EXPECT_THAT(choose_job(request, empty_scene(), "", {}).status().message(), HasSubstr("irradiance-cache"));
 }
 
 /// A room with a lamp and a ball of a material.
@@ -112,7 +112,7 @@ std::string chosen_where(const ImportedScene& scene, const std::string& cheap, d
                          std::string* told = nullptr) {
   JobSettings request = asking_for_auto();
   request.resolution = {128, 96};
-  request.spp = 4096;
+  request.settings.set_spp(4096);
   const auto chosen =
       choose_job(request, scene, "", {.sample_cpu_seconds = [&](const std::string& integrator) {
                    return integrator == cheap ? 1e-6 : others * 1e-6;
@@ -146,7 +146,7 @@ TEST(AutoChoice, TakesNoneForItsTimeThatMissesLight) {
 TEST(AutoChoice, AJobThatWasBegunIsGoneOnWith) {
   const ImportedScene scene = empty_scene();
   JobSettings named = asking_for_auto();
-  named.integrator = "bdpt";
+  named.settings.set_integrator("bdpt");
   auto begun = prepare_job(named, scene, "");
   ASSERT_TRUE(begun.ok());
   v1::JobSpec spec = (*begun)->spec;
@@ -161,7 +161,7 @@ TEST(AutoChoice, AJobThatWasBegunIsGoneOnWith) {
   ASSERT_TRUE(again.ok()) << again.status();
   EXPECT_EQ(again->job->spec.SerializeAsString(), spec.SerializeAsString());
   JobSettings more = asking_for_auto();
-  more.spp = 8;
+  more.settings.set_spp(8);
   const auto other = choose_job(more, scene, "", {.begun = kept});
   ASSERT_TRUE(other.ok()) << other.status();
   EXPECT_NE(other->job->spec.farm().auto_choice().reason(), "as it was");
@@ -169,7 +169,7 @@ TEST(AutoChoice, AJobThatWasBegunIsGoneOnWith) {
 
 TEST(AutoChoice, AContinuedJobKeepsItsIntegrator) {
   JobSettings named;
-  named.integrator = "photon";
+  named.settings.set_integrator("photon");
   const ImportedScene scene = empty_scene();
   const auto continued = prepare_job(named, scene, "");
   ASSERT_TRUE(continued.ok());

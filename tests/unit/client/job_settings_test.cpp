@@ -44,9 +44,9 @@ TEST(JobSettings, EverythingHasADefault) {
 
 TEST(JobSettings, SamplesInZOrderDependOnTheirNumber) {
   JobSettings request;
-  request.sampler = v1::SAMPLER_Z_SOBOL;
+  request.settings.set_sampler(v1::SAMPLER_Z_SOBOL);
   for (const auto& [spp, bits] : {std::pair{1u, 0u}, {2u, 1u}, {10u, 4u}, {16u, 4u}, {17u, 5u}}) {
-    request.spp = spp;
+    request.settings.set_spp(spp);
     const auto job = prepare_job(request, scene_of(64, 48), "");
     ASSERT_TRUE(job.ok()) << job.status();
     EXPECT_EQ((*job)->spec.view().sample_bits(), bits) << spp;
@@ -62,7 +62,7 @@ TEST(JobSettings, ABiasedPictureIsWarnedOf) {
   const ImportedScene scene = scene_of(64, 48);
   for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) {
     JobSettings request;
-    request.integrator = algorithm.name;
+    request.settings.set_integrator(algorithm.name);
     const auto job = prepare_job(request, scene, "");
     ASSERT_TRUE(job.ok()) << job.status();
     if (algorithm.bias == wire::Bias::kBiased) {
@@ -84,9 +84,10 @@ TEST(JobSettings, ScenesDeeperThanPathsCanBeAreRenderedToThatDepth) {
 TEST(JobSettings, IntegratorsAreRefusedWhatTheyCannotDo) {
   const ImportedScene scene = scene_of(64, 48);
   JobSettings layers, lighting;
-  layers.integrator = lighting.integrator = "light";
+  layers.settings.set_integrator("light");
+  lighting.settings.set_integrator("light");
   layers.aovs = {v1::AOV_ALBEDO};
-  lighting.direct_light = v1::DIRECT_LIGHT_BSDF;
+  lighting.settings.set_direct_light(v1::DIRECT_LIGHT_BSDF);
   for (const JobSettings& request : {layers, lighting}) {
     const auto job = prepare_job(request, scene, "");
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
@@ -113,10 +114,10 @@ TEST(JobSettings, TheScenesWishesHoldUnlessOverridden) {
   EXPECT_EQ((*held)->spec.view().sampler(), v1::SAMPLER_INDEPENDENT);
 
   JobSettings request;
-  request.spp = 3;
-  request.max_depth = 9;
-  request.seed = 0;
-  request.sampler = v1::SAMPLER_SOBOL;
+  request.settings.set_spp(3);
+  request.settings.set_max_depth(9);
+  request.settings.set_seed(0);
+  request.settings.set_sampler(v1::SAMPLER_SOBOL);
   request.resolution = Resolution{64, 32};
   const auto overridden = prepare_job(request, scene, "");
   ASSERT_TRUE(overridden.ok());
@@ -137,9 +138,9 @@ TEST(JobSettings, IntersectionIsChosenByRequestSceneOrProbe) {
   scene.scene.mutable_settings()->set_intersection(v1::INTERSECTION_ROBUST);
   EXPECT_EQ(chosen({}), v1::INTERSECTION_ROBUST);
   JobSettings request;
-  request.intersection = v1::INTERSECTION_FAST;
+  request.settings.set_intersection(v1::INTERSECTION_FAST);
   EXPECT_EQ(chosen(request), v1::INTERSECTION_FAST);
-  request.intersection = v1::INTERSECTION_AUTO;
+  request.settings.set_intersection(v1::INTERSECTION_AUTO);
   EXPECT_EQ(chosen(request), v1::INTERSECTION_AUTO) << "over what the scene says";
   scene.scene.mutable_settings()->set_intersection(static_cast<v1::Intersection>(9));
   EXPECT_THAT(std::string{prepare_job({}, scene, "").status().message()},
@@ -204,8 +205,8 @@ TEST(JobSettings, AJobHasAMillionUnitsAtMostWhereItCan) {
 TEST(JobSettings, WithNoiseAUnitHasAllSamples) {
   const ImportedScene scene = scene_of(64, 64);
   JobSettings request;
-  request.spp = 1000;
-  request.noise = 0.05;
+  request.settings.set_spp(1000);
+  request.settings.set_noise(0.05);
   const auto job = prepare_job(request, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
   EXPECT_EQ((*job)->spec.cut().samples_per_unit(), 1024U);
@@ -216,18 +217,19 @@ TEST(JobSettings, NoiseThatDoesNotGoWithTheRestIsRefused) {
   const ImportedScene scene = scene_of(64, 64);
   const auto refusal = [&](auto change) {
     JobSettings request;
-    request.spp = 64;
-    request.noise = 0.05;
+    request.settings.set_spp(64);
+    request.settings.set_noise(0.05);
     change(request);
     const auto job = prepare_job(request, scene, "");
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
     return std::string{job.status().message()};
   };
-  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = 2; }), HasSubstr("samples.noise is 2"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = -0.1; }), HasSubstr("samples.noise is -0.1"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.noise = NAN; }), HasSubstr("samples.noise is nan"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.spp = 7; }), HasSubstr("8 or more"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.integrator = "light"; }), HasSubstr("same samples everywhere"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.set_noise(2); }), HasSubstr("noise is 2"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.set_noise(-0.1); }), HasSubstr("noise is -0.1"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.set_noise(NAN); }), HasSubstr("noise is nan"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.set_spp(7); }), HasSubstr("8 or more"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.set_integrator("light"); }),
+              HasSubstr("same samples everywhere"));
 }
 
 TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsIt) {
@@ -239,7 +241,7 @@ TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsI
     return job.ok() ? std::pair((*job)->spec.view().reconstruction(), (*job)->spec.cut().tile_size())
                     : std::pair(v1::RECONSTRUCTION_AUTO, 0u);
   };
-  const std::pair one(v1::RECONSTRUCTION_UNSPECIFIED, 32u), several(v1::RECONSTRUCTION_SCATTER, 128u);
+  const std::pair one(v1::RECONSTRUCTION_SAMPLE, 32u), several(v1::RECONSTRUCTION_SCATTER, 128u);
   EXPECT_EQ(reconstruction(), one) << "a box";
   v1::PixelFilter& filter = *scene.scene.mutable_film()->mutable_filter();
   for (const auto kind : {v1::PixelFilter::TRIANGLE, v1::PixelFilter::GAUSSIAN, v1::PixelFilter::MITCHELL,
@@ -259,22 +261,22 @@ TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsI
   JobSettings request;
   request.tile_size = 16;
   EXPECT_EQ(reconstruction(request).second, 16u);
-  request.noise = 0.1;
+  request.settings.set_noise(0.1);
   EXPECT_EQ(reconstruction(request).first, v1::RECONSTRUCTION_SCATTER);
   request = {};
-  request.reconstruction = v1::RECONSTRUCTION_SAMPLE;
+  request.settings.set_reconstruction(v1::RECONSTRUCTION_SAMPLE);
   EXPECT_EQ(reconstruction(request), one);
   request = {};
-  request.integrator = "bdpt";
+  request.settings.set_integrator("bdpt");
   EXPECT_EQ(reconstruction(request), one);
 
-  request.reconstruction = v1::RECONSTRUCTION_SCATTER;
+  request.settings.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
   EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
               HasSubstr("integrator 'bdpt' has its own way from samples to pixels"));
   request.several_integrators = true;
   EXPECT_EQ(reconstruction(request), one);
   request = {};
-  request.reconstruction = v1::RECONSTRUCTION_SCATTER;
+  request.settings.set_reconstruction(v1::RECONSTRUCTION_SCATTER);
   filter.set_radius_x(17);
   const auto wide = prepare_job(request, scene, "");
   EXPECT_EQ(wide.status().code(), absl::StatusCode::kOutOfRange);
@@ -286,12 +288,12 @@ TEST(JobSettings, SamplesGoIntoSeveralPixelsWhereTheFilterGainsAndTheRestAllowsI
 TEST(JobSettings, LightPassesGlassUnbentWithAWarning) {
   const ImportedScene scene = scene_of(64, 64);
   JobSettings request;
-  request.glass_shadows = v1::GLASS_SHADOWS_STRAIGHT;
+  request.settings.set_glass_shadows(v1::GLASS_SHADOWS_STRAIGHT);
   const auto job = prepare_job(request, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
   EXPECT_EQ((*job)->spec.content().algorithms().glass_shadows(), v1::GLASS_SHADOWS_STRAIGHT);
   EXPECT_THAT((*job)->warnings, testing::Contains(HasSubstr("the picture is an approximation")));
-  request.integrator = "bdpt";
+  request.settings.set_integrator("bdpt");
   EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
               HasSubstr("glass_shadows 'straight' is not for it"));
   request.several_integrators = true;
@@ -307,29 +309,29 @@ TEST(JobSettings, PixelsShareLightWhereTheIntegratorCanAndNoLayersAreAskedFor) {
   };
   EXPECT_EQ(sharing(), v1::PATH_SHARING_AUTO);
   JobSettings request;
-  request.noise = 0.1;
+  request.settings.set_noise(0.1);
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_AUTO);
   request = {};
   request.aovs = {v1::AOV_VARIANCE};
-  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_OFF);
   request = {};
   request.denoise = DenoiseMethod::kStatistical;
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_AUTO);
   request = {};
-  request.path_sharing = v1::PATH_SHARING_OFF;
-  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
-  request.path_sharing = v1::PATH_SHARING_16;
+  request.settings.set_path_sharing(v1::PATH_SHARING_OFF);
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_OFF);
+  request.settings.set_path_sharing(v1::PATH_SHARING_16);
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_16);
-  request.integrator = "guided";
+  request.settings.set_integrator("guided");
   EXPECT_EQ(sharing(request), v1::PATH_SHARING_16);
-  request.integrator = "bdpt";
+  request.settings.set_integrator("bdpt");
   EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
               HasSubstr("integrator 'bdpt' has no paths that pixels share"));
   request.several_integrators = true;
-  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_OFF);
   request = {};
-  request.integrator = "bdpt";
-  EXPECT_EQ(sharing(request), v1::PATH_SHARING_UNSPECIFIED);
+  request.settings.set_integrator("bdpt");
+  EXPECT_EQ(sharing(request), v1::PATH_SHARING_OFF);
 }
 
 TEST(JobSettings, WarnsWherePixelsDoNotShareLightForWhatIsAskedForBesideThePicture) {
@@ -350,13 +352,13 @@ TEST(JobSettings, WarnsWherePixelsDoNotShareLightForWhatIsAskedForBesideThePictu
   EXPECT_THAT(warnings(request),
               ElementsAre(HasSubstr("do not share the light of their paths, because of layers")));
   // Nothing is lost where none would have shared.
-  request.path_sharing = v1::PATH_SHARING_OFF;
+  request.settings.set_path_sharing(v1::PATH_SHARING_OFF);
   EXPECT_THAT(warnings(request), IsEmpty());
-  request.path_sharing = {};
-  request.max_depth = 1;
+  request.settings.clear_path_sharing();
+  request.settings.set_max_depth(1);
   EXPECT_THAT(warnings(request), IsEmpty());
-  request.max_depth = {};
-  request.integrator = "bdpt";
+  request.settings.clear_max_depth();
+  request.settings.set_integrator("bdpt");
   EXPECT_THAT(warnings(request), IsEmpty());
 }
 
@@ -365,7 +367,7 @@ TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   scene.scene.mutable_settings()->set_integrator("irradiance-cache");
   scene.scene.mutable_settings()->mutable_irradiance_cache()->set_samples(256);
   JobSettings request;
-  request.own.cache.error = 0.5;
+  request.settings.mutable_irradiance_cache()->set_error(0.5);
   const auto job = prepare_job(request, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
   const v1::IrradianceCache& cache = (*job)->spec.content().algorithms().irradiance_cache();
@@ -375,8 +377,8 @@ TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   EXPECT_EQ(cache.glossy_bands(), 8u);
   EXPECT_EQ((*job)->spec.cut().phases_size(), 2);
   // Another integrator has no use for the scene's wishes, and they change nothing for it.
-  request.own.cache = {};
-  request.integrator = "path";
+  request.settings.clear_irradiance_cache();
+  request.settings.set_integrator("path");
   const auto other = prepare_job(request, scene, "");
   ASSERT_TRUE(other.ok()) << other.status();
   EXPECT_FALSE((*other)->spec.content().algorithms().has_irradiance_cache());
@@ -386,81 +388,76 @@ TEST(JobSettings, CachesThatMakeNoSenseAreRefused) {
   const ImportedScene scene = scene_of(64, 64);
   const auto refusal = [&](auto change) {
     JobSettings request;
-    request.integrator = "irradiance-cache";
+    request.settings.set_integrator("irradiance-cache");
     change(request);
     const auto job = prepare_job(request, scene, "");
     EXPECT_EQ(job.status().code(), absl::StatusCode::kOutOfRange);
     return std::string{job.status().message()};
   };
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.error = 0; }),
-              HasSubstr("irradiance_cache.error is 0;"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.error = -1; }),
-              HasSubstr("irradiance_cache.error is -1"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.error = NAN; }),
-              HasSubstr("irradiance_cache.error is nan"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.samples = 15; }),
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_error(0); }),
+              HasSubstr("irradiance-cache.error is 0;"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_error(-1); }),
+              HasSubstr("irradiance-cache.error is -1"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_error(NAN); }),
+              HasSubstr("irradiance-cache.error is nan"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_samples(15); }),
               HasSubstr("samples is 15; 16 to 65536"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.reach = {0, 3}; }), HasSubstr("least_reach is 0;"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_least_reach(0); }),
+              HasSubstr("least-reach is 0;"));
   EXPECT_THAT(refusal([](JobSettings& r) {
-                r.own.cache.reach = {4, 3};
+                r.settings.mutable_irradiance_cache()->set_least_reach(4);
+                r.settings.mutable_irradiance_cache()->set_most_reach(3);
               }),
-              HasSubstr("most_reach is 3; 4 to"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.glossy_bands = 1; }),
-              HasSubstr("glossy_bands is 1; 2 to 12"));
-  EXPECT_THAT(refusal([](JobSettings& r) { r.own.cache.glossy_bands = 13; }),
-              HasSubstr("glossy_bands is 13;"));
+              HasSubstr("most-reach is 3; 4 to"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_glossy_bands(1); }),
+              HasSubstr("glossy-bands is 1; 0 or 2 to 12"));
+  EXPECT_THAT(refusal([](JobSettings& r) { r.settings.mutable_irradiance_cache()->set_glossy_bands(13); }),
+              HasSubstr("glossy-bands is 13;"));
   EXPECT_THAT(refusal([](JobSettings& r) {
-                r.integrator = "path";
-                r.own.cache.view = true;
+                r.settings.set_integrator("path");
+                r.settings.mutable_irradiance_cache()->set_view(true);
               }),
-              HasSubstr("integrator 'path' has no settings 'irradiance_cache'"));
+              HasSubstr("integrator 'path' has no settings 'irradiance-cache'"));
 }
 
 TEST(JobSettings, OptionsOfOneIntegratorAreRefusedWithAnother) {
   const ImportedScene scene = scene_of(64, 64);
   const auto prepared = [&](const std::string& integrator, bool several, auto change) {
     JobSettings request;
-    request.integrator = integrator;
+    request.settings.set_integrator(integrator);
     request.several_integrators = several;
-    change(request.own);
+    change(request.settings);
     return prepare_job(request, scene, "");
   };
-  const auto check = [&](const std::string& own, const std::string& name, auto change) {
+  const auto check = [&](const std::string& own, auto change) {
     EXPECT_TRUE(prepared(own, false, change).ok()) << prepared(own, false, change).status();
     const auto refused = prepared("volpath", false, change);
     EXPECT_EQ(refused.status().code(), absl::StatusCode::kOutOfRange);
     EXPECT_THAT(std::string{refused.status().message()},
-                HasSubstr("integrator 'volpath' has no settings '" + name + "'"));
+                HasSubstr("integrator 'volpath' has no settings '" + own + "'"));
     EXPECT_TRUE(prepared("volpath", true, change).ok());
   };
-  check("photon", "photon", [](OwnWishes& own) { own.photon.radius = 1; });
-  check("photon", "photon", [](OwnWishes& own) { own.photon.map = v1::PHOTON_MAP_CLASSIC; });
-  check("mlt", "metropolis", [](OwnWishes& own) { own.metropolis.mutations = 64; });
-  check("radiosity", "radiosity", [](OwnWishes& own) { own.radiosity.ignore_non_diffuse = true; });
-  check("irradiance-cache", "irradiance_cache", [](OwnWishes& own) { own.cache.samples = 64; });
-  check("preview", "preview", [](OwnWishes& own) { own.preview.shadows = v1::SHADOWS_NONE; });
-  check("preview", "preview", [](OwnWishes& own) { own.preview.ambient = 0; });
-  check("ao", "ambient_occlusion", [](OwnWishes& own) { own.occlusion_distance = 0; });
-  check("guided", "guiding", [](OwnWishes& own) { own.guiding_samples = 2; });
+  using Settings = v1::RenderSettings;
+  check("photon", [](Settings& own) { own.mutable_photon()->set_radius(1); });
+  check("photon", [](Settings& own) { own.mutable_photon()->set_map(v1::PHOTON_MAP_CLASSIC); });
+  check("mlt", [](Settings& own) { own.mutable_mlt()->set_mutations(64); });
+  check("radiosity", [](Settings& own) { own.mutable_radiosity()->set_ignore_non_diffuse(true); });
+  check("irradiance-cache", [](Settings& own) { own.mutable_irradiance_cache()->set_samples(64); });
+  check("preview", [](Settings& own) { own.mutable_preview()->set_shadows(v1::SHADOWS_NONE); });
+  check("preview", [](Settings& own) { own.mutable_preview()->set_ambient(0); });
+  check("ao", [](Settings& own) { own.mutable_ao()->set_distance(0); });
+  check("guided", [](Settings& own) { own.mutable_guided()->set_samples(2); });
 }
 
 TEST(JobSettings, AnOptionOfZeroIsNoScenesWish) {
   ImportedScene scene = scene_of(64, 64);
-  scene.scene.mutable_settings()->mutable_ambient_occlusion()->set_distance(3);
+  scene.scene.mutable_settings()->mutable_ao()->set_distance(3);
   JobSettings request;
-  request.integrator = "ao";
-  request.own.occlusion_distance = 0;
+  request.settings.set_integrator("ao");
+  request.settings.mutable_ao()->set_distance(0);
   const auto job = prepare_job(request, scene, "");
   ASSERT_TRUE(job.ok()) << job.status();
-  EXPECT_EQ((*job)->spec.content().algorithms().ambient_occlusion().distance(), 0);
-}
-
-TEST(JobSettings, ParsesReaches) {
-  ASSERT_TRUE(parse_reach("0.5,20").ok());
-  EXPECT_EQ(parse_reach("0.5,20")->second, 20);
-  for (const char* wrong :
-       {"", "1", "1,", "2,1", "0.4,1", "1,nan", "nan,1", "1,20000", "-1,2", "1,2,3", "1;2"})
-    EXPECT_FALSE(parse_reach(wrong).ok()) << wrong;
+  EXPECT_EQ((*job)->spec.content().algorithms().ao().distance(), 0);
 }
 
 TEST(JobSettings, ParsesResolutions) {
@@ -482,14 +479,6 @@ TEST(JobSettings, ParsesCrops) {
   for (const char* wrong :
        {"", "1,2,3", "1,2,3,4,5", "3,2,3,4", "1,4,3,4", "-1,2,3,4", "1;2;3;4", "1,2,3,99999999999"}) {
     EXPECT_FALSE(parse_crop(wrong).ok()) << wrong;
-  }
-}
-
-TEST(JobSettings, ParsesSeeds) {
-  EXPECT_EQ(*parse_seed("0"), 0U);
-  EXPECT_EQ(*parse_seed("18446744073709551615"), ~std::uint64_t{0});
-  for (const char* wrong : {"", "-1", "+1", "1e3", "nan", "18446744073709551616", " 1", "1 "}) {
-    EXPECT_FALSE(parse_seed(wrong).ok()) << wrong;
   }
 }
 

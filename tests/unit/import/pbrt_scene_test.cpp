@@ -360,10 +360,10 @@ TEST_F(PbrtScene, MetropolisHasItsSettings) {
   EXPECT_EQ(warnings_of(*result), "");
   const v1::RenderSettings& settings = result->scene.settings();
   EXPECT_EQ(settings.integrator(), "mlt");
-  EXPECT_NEAR(settings.metropolis().large_steps(), 0.4, 1e-6);
-  EXPECT_NEAR(settings.metropolis().step(), 0.02, 1e-6);
-  EXPECT_EQ(settings.metropolis().candidates(), 40u);
-  EXPECT_FALSE(import_text("Integrator \"mlt\"\nWorldBegin\n")->scene.settings().has_metropolis());
+  EXPECT_NEAR(settings.mlt().large_steps(), 0.4, 1e-6);
+  EXPECT_NEAR(settings.mlt().step(), 0.02, 1e-6);
+  EXPECT_EQ(settings.mlt().candidates(), 40u);
+  EXPECT_FALSE(import_text("Integrator \"mlt\"\nWorldBegin\n")->scene.settings().has_mlt());
 }
 
 TEST_F(PbrtScene, LightsThatAreNotSampledAreFoundByChance) {

@@ -74,7 +74,7 @@ TEST_F(SceneFiles, WrongSettingsAreAnsweredWithTheNamesThereAre) {
   EXPECT_THAT(error("traversal: TRAVERSAL_PACKAGE"),
               AllOf(HasSubstr("s.textproto:1:"), HasSubstr("TRAVERSAL_PACKAGE"),
                     HasSubstr("There is: TRAVERSAL_PACKET, TRAVERSAL_SINGLE")));
-  EXPECT_THAT(error("metropolis { kind: MUTATION_KIND_PATH }"),
+  EXPECT_THAT(error("mlt { kind: MUTATION_KIND_PATH }"),
               AllOf(HasSubstr("s.textproto:1:"), HasSubstr("has no field named \"kind\"")));
   // The form of older versions.
   EXPECT_THAT(error("sampler: \"sobol\""), HasSubstr("There is: SAMPLER_SOBOL"));

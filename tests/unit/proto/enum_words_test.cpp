@@ -64,7 +64,7 @@ TEST(EnumWords, ValuesOfANewerVersionAreRefusedByName) {
 
 TEST(EnumWords, FieldsOfAnotherVersionAreRefusedByNumber) {
   v1::JobSpec spec;
-  v1::MetropolisSettings& metropolis = *spec.mutable_content()->mutable_algorithms()->mutable_metropolis();
+  v1::MetropolisSettings& metropolis = *spec.mutable_content()->mutable_algorithms()->mutable_mlt();
   // The kind of mutations: jobs of earlier versions had it, and their pictures would be others.
   metropolis.GetReflection()->MutableUnknownFields(&metropolis)->AddVarint(5, 2);
   EXPECT_EQ(check_settings(spec).message(),

@@ -13,11 +13,14 @@ namespace {
 using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 using ::testing::StartsWith;
 
 struct Values {
   std::string scene, output, kind = "plain", tls, join;
   std::string way, place = "here";
+  std::optional<double> step;
+  bool view = false;
   std::vector<std::string> tags;
   std::vector<std::uint32_t> counts{4, 16};
   std::int32_t priority = 0;
@@ -41,6 +44,14 @@ void define(Command& command, Values& values) {
   const Option tls = command.add("--tls", values.tls, "certificates").from_environment("TESSERA_TEST_TLS");
   command.add("--join", values.join, "a token").needs(tls);
   command.add_flag("-q,--quiet", values.quiet, "no progress").excludes(command.option("--noise"));
+  command.group("Integrator mlt");
+  command.add("--mlt.step", values.step, "how far it goes")
+      .as_setting()
+      .formerly("--mutation-step")
+      .in_range(0, 1);
+  command.add_flag("--mlt.view", values.view, "shows it").as_setting();
+  command.group("Quality");
+  command.add_set("any other");
   command.example("draw render box.pbrt -o box.exr");
 }
 
@@ -176,7 +187,7 @@ TEST_F(ProgramTest, SaysWhatIsGivenTwiceOrIsTooMuchOrMissing) {
 }
 
 TEST_F(ProgramTest, SaysWhatGoesTogether) {
-  EXPECT_THAT(fault_of_render({"--quiet", "--noise", "0.1"}), HasSubstr("--noise excludes --quiet"));
+  EXPECT_THAT(fault_of_render({"--quiet", "--noise", "0.1"}), HasSubstr("--quiet excludes --noise"));
   EXPECT_THAT(fault_of_render({"--join", "token"}), HasSubstr("--join requires --tls"));
 }
 
@@ -210,14 +221,61 @@ TEST_F(ProgramTest, HelpsWithinEightyColumnsInGroupsWithAnExample) {
               HasSubstr("\nQuality\n      --spp N               samples a pixel (1 to 65536)\n"));
   EXPECT_THAT(outcome.out, HasSubstr("how it is done (plain, fancy; default: plain)"));
   EXPECT_THAT(outcome.out, HasSubstr("where it is done (default: next to you)"));
-  EXPECT_THAT(outcome.out, HasSubstr("      --way TEXT            how it goes\n"
-                                     "          up                to the left\n"
-                                     "          down              to the right\n"));
+  EXPECT_THAT(outcome.out, HasSubstr("      --way TEXT            how it goes (up, down)\n"));
   EXPECT_THAT(outcome.out, EndsWith("for example\n  draw render box.pbrt -o box.exr\n"));
   for (const std::string& line : std::vector<std::string>(absl::StrSplit(outcome.out, '\n'))) {
     EXPECT_LE(line.size(), 80u) << line;
   }
   EXPECT_EQ(program_.parse({"help", "render"}).out, outcome.out);
+}
+
+TEST_F(ProgramTest, SettingsAreLeftOutOfHelpAndGivenBySetOrLikeOtherOptions) {
+  const std::string help = program_.parse({"help", "render"}).out;
+  EXPECT_THAT(help, Not(HasSubstr("mlt")));
+  EXPECT_THAT(help, HasSubstr("      --set NAME=VALUE      any other\n"));
+  const auto step = [&](std::vector<std::string> words) {
+    words.insert(words.begin(), {"render", "box.pbrt", "-o", "box.exr"});
+    values_.step.reset();
+    const Outcome outcome = program_.parse(words);
+    EXPECT_FALSE(outcome.exit_code) << outcome.err;
+    return std::pair(values_.step, outcome.err);
+  };
+  EXPECT_EQ(step({"--set", "mlt.step=0.5"}), std::pair(std::optional(0.5), std::string()));
+  EXPECT_EQ(step({"--set=mlt.step=0.25", "--set", "spp=9"}), std::pair(std::optional(0.25), std::string()));
+  EXPECT_EQ(values_.spp, 9u) << "options are settings, too";
+  EXPECT_EQ(step({"--mlt.step", "0.75"}), std::pair(std::optional(0.75), std::string()));
+  EXPECT_EQ(
+      step({"--mutation-step=1"}),
+      std::pair(std::optional(1.0), std::string("note: --mutation-step is --set mlt.step=X from now on\n")));
+  EXPECT_FALSE(values_.view);
+  step({"--set", "mlt.view"});
+  EXPECT_TRUE(values_.view);
+  step({"--set", "mlt.view=off"});
+  EXPECT_FALSE(values_.view);
+  EXPECT_THAT(fault_of_render({"--set", "mlt.stp=1"}),
+              HasSubstr("there is no setting 'mlt.stp'; did you mean 'mlt.step'"));
+  EXPECT_THAT(fault_of_render({"--set", "mlt.step"}),
+              HasSubstr("--set mlt.step needs a value: --set mlt.step=X"));
+  EXPECT_THAT(fault_of_render({"--set", "mlt.step=2"}),
+              HasSubstr("mlt.step: expected a number from 0 to 1, not '2'"));
+  EXPECT_THAT(fault_of_render({"--set", "mlt.view=maybe"}), HasSubstr("mlt.view is on or off, not 'maybe'"));
+  EXPECT_THAT(fault_of_render({"--set", "spp=4", "--spp", "4"}), HasSubstr("--spp is given twice"));
+  EXPECT_THAT(fault_of_render({"--set", "set=4"}), HasSubstr("there is no setting 'set'"));
+}
+
+TEST(SettingsOf, TellsOfOneOfAGroupOrOfAll) {
+  Values values;
+  const auto define_all = [&](Command& command) { define(command, values); };
+  const std::string one = *settings_of(define_all, "way");
+  EXPECT_EQ(one,
+            "how it goes\n\n  --set way=TEXT\n  --way TEXT\n\n"
+            "  up                        to the left\n  down                      to the right\n");
+  EXPECT_THAT(*settings_of(define_all, "mlt.step"), HasSubstr("--mutation-step in older versions"));
+  EXPECT_EQ(*settings_of(define_all, "mlt"),
+            "Integrator mlt\n  mlt.step=X                how far it goes (0 to 1)\n"
+            "  mlt.view                  shows it\n");
+  EXPECT_THAT(*settings_of(define_all, ""), HasSubstr("\nQuality\n  spp=N "));
+  EXPECT_THAT(std::string(settings_of(define_all, "mlt.stap").status().message()), HasSubstr("mlt.step"));
 }
 
 TEST_F(ProgramTest, ListsItsCommands) {
@@ -276,8 +334,8 @@ TEST_F(ProgramTest, CompletesCommandsOptionsAndValues) {
   const std::string bash = *program_.completion("bash");
   EXPECT_THAT(bash, HasSubstr("compgen -W 'render resume'"));
   EXPECT_THAT(bash, HasSubstr("render) options='--help -o --output"));
-  EXPECT_THAT(bash, HasSubstr("'render --kind') values='plain fancy' ;;"));
-  EXPECT_THAT(bash, HasSubstr("'render --way') values='up down' ;;"));
+  EXPECT_THAT(bash, HasSubstr("'render --kind'|'render kind') values='plain fancy' ;;"));
+  EXPECT_THAT(bash, HasSubstr("'render --way'|'render way') values='up down' ;;"));
   EXPECT_THAT(*program_.completion("zsh"), HasSubstr("'--kind[how it is done]:TEXT:(plain fancy)'"));
   EXPECT_THAT(*program_.completion("fish"), HasSubstr("-l kind -r -f -a 'plain fancy' -d 'how it is done'"));
   EXPECT_FALSE(program_.completion("csh").ok());

@@ -10,8 +10,8 @@
 #include "render/renderer.h"
 #include "wire/algorithm.h"
 #include "wire/job_check.h"
-#include "wire/own_settings.h"
 #include "wire/resolve_settings.h"
+#include "wire/settings.h"
 
 namespace tessera::render {
 namespace {
@@ -102,12 +102,12 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
 TEST(Algorithms, EachHasItsOwnSettingsAlone) {
   v1::RenderSettings wishes;
   wishes.mutable_photon()->set_radius(0.5);
-  wishes.mutable_metropolis()->set_mutations(5);
+  wishes.mutable_mlt()->set_mutations(5);
   wishes.mutable_radiosity()->set_residual(0.5);
   wishes.mutable_irradiance_cache()->set_error(0.5);
   wishes.mutable_preview()->set_ambient(0.5);
-  wishes.mutable_ambient_occlusion()->set_distance(0.5);
-  wishes.mutable_guiding()->set_samples(0.5);
+  wishes.mutable_ao()->set_distance(0.5);
+  wishes.mutable_guided()->set_samples(0.5);
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
     // A scene's wishes wait for an algorithm that has such settings; a job has its own alone.
     v1::JobSpec job;
@@ -116,23 +116,21 @@ TEST(Algorithms, EachHasItsOwnSettingsAlone) {
     wire::add_phases(job);
     EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name << wire::check_settings(job);
     v1::Algorithms& algorithms = *job.mutable_content()->mutable_algorithms();
-    const auto is = [&](wire::OwnSettings settings) { return traits.own_settings == settings; };
-    EXPECT_EQ(algorithms.has_photon(), is(wire::OwnSettings::kPhoton)) << traits.name;
-    EXPECT_EQ(algorithms.has_metropolis(), is(wire::OwnSettings::kMetropolis)) << traits.name;
-    EXPECT_EQ(algorithms.has_radiosity(), is(wire::OwnSettings::kRadiosity)) << traits.name;
-    EXPECT_EQ(algorithms.has_irradiance_cache(), is(wire::OwnSettings::kIrradianceCache)) << traits.name;
-    EXPECT_EQ(algorithms.has_preview(), is(wire::OwnSettings::kPreview)) << traits.name;
-    EXPECT_EQ(algorithms.has_ambient_occlusion(), is(wire::OwnSettings::kAmbientOcclusion)) << traits.name;
-    EXPECT_EQ(algorithms.has_guiding(), is(wire::OwnSettings::kGuiding)) << traits.name;
+    const wire::FieldType* const own = wire::own_settings(*v1::Algorithms::descriptor(), traits.name);
+    std::vector<const wire::FieldType*> present;
+    algorithms.GetReflection()->ListFields(algorithms, &present);
+    std::erase_if(present, [](const wire::FieldType* field) { return field->message_type() == nullptr; });
+    EXPECT_EQ(present, own == nullptr ? std::vector<const wire::FieldType*>{} : std::vector{own})
+        << traits.name;
     EXPECT_FALSE(wire::check_owner(wishes, traits.name).ok()) << traits.name;
 
-    if (!is(wire::OwnSettings::kNone)) {
+    if (own != nullptr) {
       v1::JobSpec without;
       without.mutable_content()->mutable_algorithms()->set_integrator(traits.name);
       wire::add_phases(without);
       EXPECT_THAT(std::string(wire::check_settings(without).message()), HasSubstr("the job has none"));
     }
-    if (is(wire::OwnSettings::kPhoton)) {
+    if (traits.name == std::string("photon")) {
       EXPECT_EQ(algorithms.photon().radius(), 0.5);
       EXPECT_EQ(algorithms.photon().map(), v1::PHOTON_MAP_PROGRESSIVE);
     } else {
@@ -154,7 +152,7 @@ TEST(Algorithms, PhotonSettingsAreInRange) {
     EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_radius(radius); }),
                 HasSubstr("photon.radius is "));
     EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_caustic_radius(radius); }),
-                HasSubstr("photon.caustic_radius is "));
+                HasSubstr("photon.caustic-radius is "));
   }
   for (const std::uint64_t photons : {std::uint64_t{0}, std::uint64_t{1} << 40}) {
     EXPECT_THAT(fault([&](v1::PhotonSettings& photon) { photon.set_photons(photons); }),
@@ -171,17 +169,17 @@ TEST(Algorithms, MetropolisSettingsAreInRange) {
     wishes.set_integrator("mlt");
     v1::JobSpec job;
     wire::resolve_settings(wishes, job);
-    set(*job.mutable_content()->mutable_algorithms()->mutable_metropolis());
+    set(*job.mutable_content()->mutable_algorithms()->mutable_mlt());
     return std::string(wire::check_settings(job).message());
   };
   EXPECT_EQ(fault([](Settings&) {}), "");
   for (const std::uint32_t many : {0u, (1u << 20) + 1}) {
-    EXPECT_THAT(fault([&](Settings& s) { s.set_mutations(many); }), HasSubstr("metropolis.mutations is"));
-    EXPECT_THAT(fault([&](Settings& s) { s.set_candidates(many); }), HasSubstr("metropolis.candidates is"));
+    EXPECT_THAT(fault([&](Settings& s) { s.set_mutations(many); }), HasSubstr("mlt.mutations is"));
+    EXPECT_THAT(fault([&](Settings& s) { s.set_candidates(many); }), HasSubstr("mlt.candidates is"));
   }
   for (const double bad : {0.0, -1.0, 1.5, std::nan("")}) {
-    EXPECT_THAT(fault([&](Settings& s) { s.set_large_steps(bad); }), HasSubstr("metropolis.large_steps is"));
-    EXPECT_THAT(fault([&](Settings& s) { s.set_step(bad); }), HasSubstr("metropolis.step is"));
+    EXPECT_THAT(fault([&](Settings& s) { s.set_large_steps(bad); }), HasSubstr("mlt.large-steps is"));
+    EXPECT_THAT(fault([&](Settings& s) { s.set_step(bad); }), HasSubstr("mlt.step is"));
   }
 }
 

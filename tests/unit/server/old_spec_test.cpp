@@ -50,13 +50,13 @@ v1::OldJobSpec old_spec() {
 TEST(OldSpec, FieldsThatAreGoneAreLeftOut) {
   v1::JobSpec job = *read_spec(old_spec().SerializeAsString());
   // The kind of mutations: every job of mlt had it.
-  v1::MetropolisSettings& metropolis = *job.mutable_content()->mutable_algorithms()->mutable_metropolis();
+  v1::MetropolisSettings& metropolis = *job.mutable_content()->mutable_algorithms()->mutable_mlt();
   metropolis.GetReflection()->MutableUnknownFields(&metropolis)->AddVarint(5, 1);
   EXPECT_FALSE(wire::check_known(job).ok());
   const absl::StatusOr<v1::JobSpec> read = read_spec(job.SerializeAsString());
   ASSERT_TRUE(read.ok()) << read.status();
   EXPECT_TRUE(wire::check_known(*read).ok()) << wire::check_known(*read);
-  EXPECT_TRUE(read->content().algorithms().has_metropolis());
+  EXPECT_TRUE(read->content().algorithms().has_mlt());
 }
 
 TEST(OldSpec, HasEverythingInItsPart) {

@@ -13,7 +13,7 @@
 #include "wire/digest.h"
 #include "wire/job_check.h"
 #include "wire/noise_pilot_blob.h"
-#include "wire/own_settings.h"
+#include "wire/resolve_settings.h"
 #include "wire/phases/blob_arrays.h"
 #include "wire/phases/glossy_records.h"
 #include "wire/phases/guide_sums.h"

@@ -102,7 +102,7 @@ absl::Status check_memory(const ShapeTable& shapes, std::uint64_t limit) {
   return absl::InvalidArgumentError(
       absl::StrFormat("radiosity of %d triangles needs %.1f MiB at least, for patches on both of their sides "
                       "and %d links each; "
-                      "the memory limit is %.1f MiB (--memory-limit)",
+                      "the memory limit is %.1f MiB (--set radiosity.memory-limit)",
                       triangles, static_cast<double>(needed) / kMiB, radiosity::kLeastLinks,
                       static_cast<double>(limit) / kMiB));
 }
@@ -135,7 +135,7 @@ absl::Status make_diffuse(const Settings& settings, const DiffuseSceneNames& nam
       return absl::InvalidArgumentError(
           absl::StrCat(where,
                        ": radiosity is for diffuse materials, and this one is not: it can be left out "
-                       "with --ignore-non-diffuse"));
+                       "with --set radiosity.ignore-non-diffuse"));
     }
     make_diffuse(arrays.materials, record);
     warnings.push_back(absl::StrCat(where, ": only its diffuse reflection is seen"));

@@ -112,8 +112,8 @@ Settings read_settings(const v1::JobSpec& job) {
                       .memory_limit = radiosity.memory_limit()};
   result.ignore_non_diffuse = radiosity.ignore_non_diffuse();
   result.photon = photon_config(asked.photon());
-  if (asked.has_metropolis()) {
-    const v1::MetropolisSettings& metropolis = asked.metropolis();
+  if (asked.has_mlt()) {
+    const v1::MetropolisSettings& metropolis = asked.mlt();
     result.metropolis = {.mutations = metropolis.mutations(),
                          .candidates = metropolis.candidates(),
                          .large_steps = static_cast<float>(metropolis.large_steps()),
@@ -127,8 +127,8 @@ Settings read_settings(const v1::JobSpec& job) {
   }
   result.sampler.seed = view.seed();
   result.max_depth = static_cast<std::int32_t>(std::min(view.max_depth(), wire::kMaxDepth));
-  result.occlusion_distance = static_cast<float>(asked.ambient_occlusion().distance());
-  result.guiding_samples = asked.guiding().samples();
+  result.occlusion_distance = static_cast<float>(asked.ao().distance());
+  result.guiding_samples = asked.guided().samples();
   for (const int aov : view.aovs()) {
     if (aov == v1::AOV_ALBEDO) result.aovs.albedo = true;
     if (aov == v1::AOV_NORMAL) result.aovs.normal = true;

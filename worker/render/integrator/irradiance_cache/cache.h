@@ -29,7 +29,7 @@ class IrradianceCache final : public Prepared {
   /// Lanes that some record reaches with an error below `error`, which is not above that of the cache; for
   /// lanes of `glossy` those of glossy surfaces count.
   Mask covers(Vec3 p, Vec3 n, float error, Mask glossy, Mask active) const;
-  /// Lanes that lie at a record, as the film has it: where --cache-view shows a point.
+  /// Lanes that lie at a record, as the film has it: where --set irradiance-cache.view shows a point.
   Mask at_record(Vec3 p, Mask glossy, Mask active) const;
 
   const GlossyCache& glossy() const { return glossy_; }
