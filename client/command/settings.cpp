@@ -4,6 +4,7 @@
 
 #include "command/command.h"
 #include "command/exit_code.h"
+#include "command/frames/frames.h"
 #include "command/interrupt.h"
 #include "command/render_options.h"
 #include "command/report/output.h"
@@ -26,7 +27,10 @@ void add_settings_command(CommandLine& line) {
       return static_cast<int>(kDone);
     }
     RenderOptions options;
-    const auto define = [&](options::Command& render) { define_render_options(render, options); };
+    const auto define = [&](options::Command& render) {
+      define_render_options(render, options);
+      define_frame_options(render, options);
+    };
     const absl::StatusOr<std::string> text = options::settings_of(define, *name);
     if (!text.ok()) return report(kUsage, std::string{text.status().message()});
     std::cout << *text;

@@ -45,9 +45,8 @@ std::string bash(const std::string& program, const std::vector<Row>& rows, bool 
         absl::StrAppend(out, "'", row.name, " ", name, "'");
       };
       // Bash takes --set NAME=VALUE for four words, the third of which goes before VALUE.
-      std::vector<std::string> before = option->hidden ? std::vector<std::string>{} : option->names;
+      std::vector<std::string> before = option->names;
       if (has_set(row.command) && !option->sets) before.push_back(option->name().substr(2));
-      if (before.empty()) continue;
       absl::StrAppend(&values, "    ", absl::StrJoin(before, "|", pattern),
                       ") values=", shell_quoted(absl::StrJoin(value_words(row.command, *option), " ")),
                       " ;;\n");
