@@ -29,6 +29,9 @@ void copy_by_name(const Message& from, Message& to) {
       case FieldDescriptor::CPPTYPE_UINT64:
         write.SetUInt64(&to, target, read.GetUInt64(from, source));
         break;
+      case FieldDescriptor::CPPTYPE_BOOL:
+        write.SetBool(&to, target, read.GetBool(from, source));
+        break;
       case FieldDescriptor::CPPTYPE_ENUM:
         write.SetEnumValue(&to, target, read.GetEnumValue(from, source));
         break;

@@ -131,11 +131,13 @@ TEST(Usage, HelpFitsEightyColumnsWithoutJargon) {
 }
 
 TEST(Usage, HelpOfRenderIsReadAtOnce) {
-  EXPECT_LE(lines_of(tessera({"render", "--help"}).out).size(), 61u) << "60 lines, and what is after the last";
+  EXPECT_LE(lines_of(tessera({"render", "--help"}).out).size(), 61u)
+      << "60 lines, and what is after the last";
 }
 
 TEST(Usage, AFormerNameIsTakenWithANotice) {
-  const support::Finished done = tessera({"render", "no-such-scene.pbrt", "-o", "x.exr", "--mutations", "64"});
+  const support::Finished done =
+      tessera({"render", "no-such-scene.pbrt", "-o", "x.exr", "--mutations", "64"});
   EXPECT_THAT(done.err, HasSubstr("note: --mutations is --set mlt.mutations=N from now on"));
   EXPECT_THAT(done.err, HasSubstr("there is no file no-such-scene.pbrt"));
 }

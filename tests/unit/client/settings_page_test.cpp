@@ -11,8 +11,7 @@ namespace {
 TEST(SettingsPage, TheDocumentInTheRepositoryIsTheProgramsOwn) {
   std::stringstream document;
   document << std::ifstream("docs/settings.md").rdbuf();
-  EXPECT_EQ(document.str(), settings_document())
-      << "tessera settings --document > docs/settings.md";
+  EXPECT_EQ(document.str(), settings_document()) << "tessera settings --document > docs/settings.md";
 }
 
 }  // namespace

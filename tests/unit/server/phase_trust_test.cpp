@@ -13,12 +13,12 @@
 #include "wire/digest.h"
 #include "wire/job_check.h"
 #include "wire/noise_pilot_blob.h"
-#include "wire/resolve_settings.h"
 #include "wire/phases/blob_arrays.h"
 #include "wire/phases/glossy_records.h"
 #include "wire/phases/guide_sums.h"
 #include "wire/phases/radiosity_links.h"
 #include "wire/phases/radiosity_solution.h"
+#include "wire/resolve_settings.h"
 
 namespace tessera::server {
 namespace {

@@ -126,6 +126,7 @@ absl::Status build_of_courses(StructureKind kind, const Settings& settings, cons
                                {.threads = options.threads,
                                 .wide = !settings.single_rays,
                                 .grid_density = settings.grid_density,
+                                .shadow_cache = settings.shadow_cache,
                                 .stop = options.stop});
   if (!built.ok()) return built.status();
   content.rays = kernel.make_query(**built);

@@ -90,6 +90,7 @@ Settings read_settings(const v1::JobSpec& job) {
   result.structure = structure_of(asked.accelerator());
   result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
   if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
+  result.shadow_cache = asked.shadow_cache();
   result.nesting = asked.nesting();
   result.intersection = asked.intersection();
   result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;

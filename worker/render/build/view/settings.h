@@ -25,6 +25,7 @@ struct Settings {
   PreviewSettings preview;
   std::optional<StructureKind> structure;  // none: Embree's
   double grid_density = kGridDensity;
+  bool shadow_cache = false;  // of structures that are not Embree's
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;                             // rays are traced one by one
