@@ -56,7 +56,7 @@ def _gains_by_scattering(pixel_filter: camera_pb2.PixelFilter) -> bool:
 
 
 def _is_set(message: Message, field: FieldDescriptor) -> bool:
-    return message.HasField(field.name) if field.has_presence else bool(getattr(message, field.name))
+    return bool(message.HasField(field.name) if field.has_presence else getattr(message, field.name))
 
 
 def _resolved(wishes: settings_pb2.RenderSettings) -> settings_pb2.RenderSettings:
