@@ -25,7 +25,7 @@ std::string refusal(const std::string& integrator, const std::string& scene,
   RenderOptions options;
   options.scene = directory / name;
   options.quiet = true;
-  options.job.integrator = integrator;
+  options.job.settings.set_integrator(integrator);
   write_bytes(options.scene, scene);
   int exit_code = kDone;
   testing::internal::CaptureStderr();
