@@ -29,8 +29,9 @@ std::string values_of(const wire::SettingField& setting) {
 
 std::string usual_of(const wire::SettingField& setting) {
   if (!setting.traits().usual().empty()) return absl::StrCat("`", setting.traits().usual(), "`");
-  const wire::EnumType* const type = setting.field->enum_type();
-  return type == nullptr ? "" : absl::StrCat("`", wire::words_of(*type).front(), "`");
+  if (const wire::EnumType* const type = setting.field->enum_type(); type != nullptr)
+    return absl::StrCat("`", wire::words_of(*type).front(), "`");
+  return setting.field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_BOOL ? "`off`" : "";
 }
 
 }  // namespace

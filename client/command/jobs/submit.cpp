@@ -176,8 +176,9 @@ std::optional<Submitted> submit(const SubmitOptions& options, FarmClient& farm, 
       .threads = threads, .stop = [&] { return interrupt.token(); }, .continued = *continued};
   Submitted job{load_job(options.render, exit_code, nullptr, &choice), "", 0};
   if (job.loaded == nullptr) return std::nullopt;
-  if (const absl::Status fits = check_denoise_memory(options.render, job.loaded->job->spec);
-      !options.detach && !fits.ok()) {
+  const absl::Status fits =
+      options.detach ? absl::OkStatus() : check_denoise_memory(options.render, job.loaded->job->spec);
+  if (!fits.ok()) {
     exit_code = report(kUsage, std::string{fits.message()});
     return std::nullopt;
   }
