@@ -23,6 +23,7 @@
 #include "wire/job_check.h"
 #include "wire/limits.h"
 #include "wire/resolve_settings.h"
+#include "wire/settings.h"
 
 namespace tessera::stress {
 namespace {
@@ -30,12 +31,16 @@ namespace {
 // A sound case takes milliseconds; all of these are hangs.
 constexpr std::chrono::seconds kPatience{20};
 
-/// Which of the scene's elements an error of the renderer is about: importers put file and line into the
-/// names.
+/// Whether an error of the renderer names an element of the scene or a setting: importers put file and line
+/// into the names.
 bool names_element(const std::string& message, const std::string& file) {
   static const std::regex kElement(
       R"((^|[^a-z])((shapes?|lights?|instances?|objects?|media|materials?|textures?)\[\d+\]|(shape|light|instance) \d+|(object|medium|material|texture|image|mesh|volume) '|(camera|film|settings|animation)(:|\.)))");
-  return message.find(absl::StrCat(file, ":")) != std::string::npos || std::regex_search(message, kElement);
+  const auto names_setting = [&](const wire::SettingField& setting) {
+    return message.starts_with(setting.name + " is ") || message.starts_with(setting.field->name() + " is ");
+  };
+  return message.find(absl::StrCat(file, ":")) != std::string::npos || std::regex_search(message, kElement) ||
+         std::ranges::any_of(wire::settings(), names_setting);
 }
 
 absl::StatusOr<render::BlobBytes> bytes_of(const client::SceneBlob& blob) {
