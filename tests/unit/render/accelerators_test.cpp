@@ -182,7 +182,7 @@ TEST(Accelerators, TakeADensityForTheGrid) {
   algorithms.set_accelerator(v1::ACCELERATOR_GRID);
   for (const double density : {-1.0, 1e-4, 1e9, std::numeric_limits<double>::quiet_NaN()}) {
     algorithms.set_grid_density(density);
-    EXPECT_EQ(std::string(wire::check_settings(refused).message()).find("grid_density is "), 0u) << density;
+    EXPECT_EQ(std::string(wire::check_settings(refused).message()).find("grid-density is "), 0u) << density;
   }
 }
 

@@ -48,7 +48,7 @@ Loaded load_made(const std::string& text, std::uint64_t limit = 0) {
   SceneJob job;
   job.settings.set_integrator("radiosity");
   job.settings.mutable_radiosity()->set_error_bound(0.2);
-  job.settings.mutable_radiosity()->set_memory_limit(limit);
+  if (limit > 0) job.settings.mutable_radiosity()->set_memory_limit(limit);
   auto file = load_scene_text(text, job, render::supported_isas().front(), {{"square", square()}});
   EXPECT_TRUE(file.ok()) << file.status();
   if (!file.ok()) return {};
