@@ -43,8 +43,8 @@ void define(options::Command& command, const wire::SettingField& setting, v1::Re
   const auto type = setting.field->cpp_type();
   const bool is_flag = type == FieldDescriptor::CPPTYPE_BOOL && traits.value().empty();
   const bool is_word = type == FieldDescriptor::CPPTYPE_ENUM || type == FieldDescriptor::CPPTYPE_STRING;
-  const auto take = [&setting, &settings](const std::string& text) {
-    return wire::set_setting(setting, text.empty() ? "on" : text, settings);
+  const auto take = [&setting, &settings, is_flag](const std::string& text) {
+    return wire::set_setting(setting, is_flag && text.empty() ? "on" : text, settings);
   };
   options::Option option =
       command.add_read_by(absl::StrCat("--", setting.name).c_str(), take, traits.about().c_str());

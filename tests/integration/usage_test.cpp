@@ -142,6 +142,10 @@ TEST(Usage, AFormerNameIsTakenWithANotice) {
   EXPECT_THAT(done.err, HasSubstr("there is no file no-such-scene.pbrt"));
 }
 
+TEST(Usage, AnEmptyValueIsNone) {
+  EXPECT_THAT(tessera({"render", kUsedScene, "-o", "x.exr", "--seed", ""}).err, HasSubstr("not ''"));
+}
+
 TEST(Documentation, HasEveryOptionOfEveryProgram) {
   for (const Arguments& help : helps()) {
     const bool server = help[0] == server_program(), worker = help[0] == worker_program();
