@@ -251,8 +251,7 @@ TEST(WorkPlan, NamesTheFieldThatIsUnsound) {
       spoil(s);
     });
   };
-  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_noise(1.5); }),
-              HasSubstr("noise is 1.5"));
+  EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_noise(1.5); }), HasSubstr("noise is 1.5"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_samples()->set_spp(7); }), HasSubstr("8 or more"));
   EXPECT_THAT(noisy([](v1::JobSpec& s) { s.mutable_cut()->set_samples_per_unit(16); }),
               HasSubstr("samples_per_unit"));
