@@ -164,7 +164,7 @@ class Program {
   std::unique_ptr<Parts> parts_;
 };
 
-/// What there is to know of the option that `define` defines and whose long name is `name`; of all whose
+/// Tells all there is to know of the option that `define` defines and whose long name is `name`; of all whose
 /// names begin with it and a period; or of all, a line each, where it is empty. NotFound, with the nearest
 /// name, where there is none.
 absl::StatusOr<std::string> settings_of(const std::function<void(Command&)>& define, const std::string& name);

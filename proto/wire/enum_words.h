@@ -22,7 +22,7 @@ std::string word_of(const EnumType& type, int number);
 /// Words in the order of declaration, without that of UNSPECIFIED.
 std::vector<std::string> words_of(const EnumType& type);
 
-/// What settings.proto tells people of the value with this word; empty: nothing.
+/// Returns what settings.proto tells people of the value with this word; empty: nothing.
 std::string meaning_of(const EnumType& type, const std::string& word);
 
 /// InvalidArgument, with the nearest word and all words, where there is no such value. `what` is the enum's

@@ -7,7 +7,6 @@
 #include <utility>
 #include <vector>
 
-#include "command/jobs/job_settings.h"
 #include "wire/settings.h"
 #include "wire/tile_result.h"
 

@@ -290,7 +290,7 @@ TEST(Structures, AnswerTheSameWithAShadowCache) {
       int blocked = 0;
       for (std::int64_t all = 0; all < stress_count(4e3, 1e5); all += TimedRays::kSize) {
         fill(rays, table, 1, {}, random);
-        // Of light from a few places, again and again, and from infinity.
+        // Rays go to a few places, again and again, and to infinity.
         for (int i = 0; i < TimedRays::kSize; ++i) {
           if (i % 4 == 0) rays.distance[i] = HUGE_VALF;
           if (i % 4 == 1) rays.aim(i, in_cube(random, 3), Point{0.1, 0.2, 3} * (i % 8 == 1 ? 1 : -1));

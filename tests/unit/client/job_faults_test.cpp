@@ -1,5 +1,5 @@
-// What the job's algorithm cannot do with a scene is told before anything is submitted, at its place in the
-// file.
+// Faults of a scene that its job's algorithm cannot render are told before anything is submitted, at their
+// places in the file.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -18,7 +18,7 @@ using testing::IsEmpty;
 
 constexpr char kFilmAndCamera[] = "film { width: 4 height: 4 }\ncamera { perspective { fov_degrees: 40 } }\n";
 
-/// What load_job() prints of a scene's file; empty where it is loaded.
+/// Returns what load_job() prints of a scene's file; empty where it is loaded.
 std::string refusal(const std::string& integrator, const std::string& scene,
                     const std::string& name = "scene.textproto", int expected = kBadScene) {
   const support::TempDir directory;

@@ -145,8 +145,8 @@ struct Tracer {
   }
 };
 
-/// What blocked the last shadow rays of this thread, by where they end: rays to one light are blocked by one
-/// thing again and again [Haines & Greenberg 1986].
+/// Remembers what blocked the last shadow rays of this thread, by where they end: rays to one light are
+/// blocked by one thing again and again [Haines & Greenberg 1986].
 struct ShadowCache {
   static constexpr std::size_t kEnds = 64;
   std::uint64_t query = 0;  // whose primitives the ways lead to
