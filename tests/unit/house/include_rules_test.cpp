@@ -260,8 +260,6 @@ TEST(IncludeRules, FoldersFormNoCircles) {
       {"worker/render/accel: brute bsp bvh grid kd octree sphere_tree structure wide",
        "structure/ has the primitives of all structures, and chooses between them"},
       {"worker/render/accel: ray_structure.h structure", kValues},
-      {"worker/render/integrator: guide path",
-       "a guided path is a path, which tells its guide what it finds"},
       {"worker/render/integrator: scene_tables.h photon", kSettings},
       {"worker/render/integrator: scene_tables.h preview", kSettings},
       {"worker/render/integrator: scene_tables.h radiosity", kSettings},
@@ -285,6 +283,21 @@ TEST(IncludeRules, TheRendererKnowsNeitherGrpcNorProtobufOutsideBuild) {
       EXPECT_TRUE(build || include.find(".pb.h") == std::string::npos) << file << " includes " << include;
     }
   });
+}
+
+/// Whatever concerns itself with paths observes them (vertex/path_observer.h).
+TEST(IncludeRules, ScatteringKnowsNoObserver) {
+  static const std::regex observers("layer|straight|glass|guide|recorder|reuse|cache|irradiance",
+                                    std::regex::icase);
+  for (const char* const name : {"path/shade.cpp", "whitted/whitted.cpp"}) {
+    std::ifstream file(fs::path("worker/render/integrator") / name);
+    int number = 0;
+    for (std::string line; std::getline(file, line);) {
+      ++number;
+      EXPECT_FALSE(std::regex_search(line, observers)) << name << ':' << number << ": " << line;
+    }
+    EXPECT_GT(number, 50) << name;
+  }
 }
 
 TEST(IncludeRules, TheSchedulerHasNoClockThreadsOrSockets) {

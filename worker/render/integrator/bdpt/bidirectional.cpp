@@ -131,11 +131,7 @@ void Bidirectional::trace_joins(int depth) {
     });
     return;
   }
-  rays_.occluded(arrays_of(joins_.origin, joins_.direction, scene_.any_motion ? joins_.time : nullptr),
-                 joins_.size, joins_.distance);
-  stats_.shadow_rays += static_cast<std::uint64_t>(joins_.size);
-  batch_.add_contributions(joins_);
-  joins_.size = 0;
+  batch_.trace(joins_);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -4,89 +4,55 @@
 #include "render/integrator/bdpt/bidirectional.h"
 #include "render/integrator/bdpt/merging.h"
 #include "render/integrator/bdpt/ways.h"
-#include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/encounter.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/roulette.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 /// Sixteen subpaths from the eye at the end of their latest segment.
-struct Bidirectional::Event {
-  int packet, depth;
-  WidePath path;
-  Hit hit;
-  Receiver reference;  // where the path was last scattered
-  Sampler sampler;
-  int first_pair;          // of this event's dimensions
+struct Bidirectional::Event : Encounter {
+  int packet;
   PartialWeights weights;  // before arrive_at() as the path left its last vertex
-  Vec2 choice;             // light, BSDF lobe
-  Vec2 roulette;           // Russian roulette, mixed material
-  Vertex vertex;
 
-  Event(int packet_number, int event, const WidePath& wide_path, const Hit& found, const Sampler& numbers,
-        const PartialWeights& sums)
-      : packet(packet_number),
-        depth(event),
-        path(wide_path),
-        hit(found),
-        reference(wide_path.origin),
-        sampler(numbers),
-        first_pair(dimension::kFirstEvent + event * dimension::kPairsPerEvent),
-        weights(sums) {}
+  Event(const SceneTables& scene, const WidePath& paths, const Hit& hits, const Sampler& sampler, int event,
+        Mask active, int packet_number, const PartialWeights& sums)
+      : Encounter(scene, paths, hits, sampler, event, active), packet(packet_number), weights(sums) {}
 };
 
 void Bidirectional::shade_packet(int packet, int depth) {
   const Mask active = frontier_.lanes(packet);
   const Int entry = frontier_.entries(packet);
   const WidePath path = frontier_.path(scene_, entry, active);
-  Event e(packet, depth, path, frontier_.hit(entry, active), batch_.sampler(path.slot, active),
-          weights_.load(packet));
-  Vertex& v = e.vertex;
-  v.wo = -path.direction;
-  if (scene_.any_motion) e.hit.time = path.time;
-  v.time = e.hit.time;
-  if (scene_.volumetric) {
-    e.reference.p = path.reference;
-    v.medium = path.medium;
-    v.in_medium = active & (e.hit.shape == kScatteredByMedium);
-  }
-  if (scene_.lights.uses_normals) e.reference.normal = path.normal;
-  const Mask hit = active & (e.hit.shape >= 0), events = hit | v.in_medium;
-  if (const Mask missed = and_not(active, events); any(missed)) add_environment(e, missed);
-  if (none(events)) {
+  Event e(scene_, path, frontier_.hit(entry, active), batch_.sampler(path.slot, active), depth, active,
+          packet, weights_.load(packet));
+  if (any(e.missed)) add_environment(e, e.missed);
+  if (none(e.met)) {
     frontier_.drop(packet);
     return;
   }
-  v.surface = surface_at(scene_.shapes, e.hit, path.origin, path.direction, hit, scene_.any_tangents);
-  add_emission(e, hit);
+  e.find_surface(scene_, e.on_surface);
+  add_emission(e, e.on_surface);
   const bool last = depth == scene_.max_depth;
   if (last && depth > 0) {
     frontier_.drop(packet);
     return;
   }
-  e.roulette = e.sampler.get_2d(e.first_pair + dimension::kRoulette);
-  e.choice = e.sampler.get_2d(e.first_pair + dimension::kChoice);
-  interact(scene_, v.surface, v.wo, e.roulette.y, hit, v.at);
-  if (any(v.in_medium)) put_into_medium(fma(path.direction, e.hit.t, path.origin), v.in_medium, v);
-  if (scene_.any_opacity && !scene_.volumetric) {
-    if (const Mask partly = partly_open(v, hit); any(partly))
-      open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
-  }
-  if (depth == 0) {
-    batch_.record_first_hit(v, e.hit.t, path.slot, events);
-    if (scene_.aovs.of_hits()) batch_.record_hit(e.hit, path.slot, and_not(events, v.in_medium));
-  }
+  e.find_scattering(scene_);
+  e.choice = e.random(dimension::kChoice);
+  const Vertex& v = e.vertex;
+  if (depth == 0) batch_.record_first_hit(v, e.hit, path.slot, e.met);
   if (last) {
     frontier_.drop(packet);
     return;
   }
-  e.weights = arrive_at(scene_, v, depth, e.reference.p, e.sampler.get_2d(dimension::kLens),
-                        lights_.paths_a_pass(), e.weights, events);
-  const Mask wanted = joinable(v, events);
+  e.weights = arrive_at(scene_, v, depth, e.reference.p, e.numbers.get_2d(dimension::kLens),
+                        lights_.paths_a_pass(), e.weights, e.met);
+  const Mask wanted = joinable(v, e.met);
   sample_one_light(e, wanted);
   join_to_light_subpaths(e, wanted);
   if (merging_) merge(e, wanted);
-  scatter(e, events);
+  scatter(e, e.met);
 }
 
 void Bidirectional::queue(const Event& e, WideConnection ray, std::uint32_t salt, Mask shines) {
@@ -149,9 +115,8 @@ EyeVertex Bidirectional::eye_vertex(const Event& e) const {
 
 void Bidirectional::sample_one_light(const Event& e, Mask wanted) {
   if (!samples_lights(scene_.lights) || none(wanted) || !filter_.wants(1, e.depth + 2)) return;
-  const LightChoice choice =
-      choose_light(scene_.lights, receiver_at(scene_, e.vertex),
-                   e.sampler.get_2d(e.first_pair + dimension::kLightPoint), e.choice.x, wanted);
+  const LightChoice choice = choose_light(scene_.lights, receiver_at(scene_, e.vertex),
+                                          e.random(dimension::kLightPoint), e.choice.x, wanted);
   WayLight way = light_of(scene_, eye_vertex(e), choice, filter_.all());
   if (none(way.shines)) return;
   way.ray.contribution = way.unweighted * way.weight;
@@ -175,7 +140,7 @@ void Bidirectional::look_for_shadow(const Event& e, WideConnection ray, Spectrum
 
 Int Bidirectional::state_after_join(const Event& e, Vec3 wi, Mask active) const {
   return state_after(scene_, e.vertex, e.path.layer_state, e.vertex.wo, wi, Mask::none(),
-                     {e.sampler, e.depth, true}, active);
+                     {e.numbers, e.depth, true}, active);
 }
 
 void Bidirectional::join_to_light_subpaths(const Event& e, Mask wanted) {
@@ -198,7 +163,7 @@ void Bidirectional::join(const Event& e, const LightVertex& y, int event, Mask w
   if (tells_layers(scene_)) {
     // Both subpaths have the numbers of the same sample.
     const Int from_light = light_state_after(scene_, y.vertex, y.layer_state, -way.w, y.vertex.wo,
-                                             Mask::none(), light_lobe(e.sampler, event, true), way.shines);
+                                             Mask::none(), light_lobe(e.numbers, event, true), way.shines);
     way.ray.layers =
         layers_of_join(scene_.layers, state_after_join(e, way.w, way.shines), from_light, way.shines) &
         layers_of_way(e, event + 2);
@@ -215,7 +180,7 @@ void Bidirectional::merge(const Event& e, Mask wanted) {
     batch_.add_radiance(light * e.path.beta, e.path.slot, merges);
     return;
   }
-  GatheredLayers layers{scene_, e.path.layer_state, {e.sampler, e.depth, true}, {}};
+  GatheredLayers layers{scene_, e.path.layer_state, {e.numbers, e.depth, true}, {}};
   const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, merges, &layers);
   batch_.add_radiance(light * e.path.beta, e.path.slot, merges);
   layers.sums.scale(e.path.beta);
@@ -224,14 +189,15 @@ void Bidirectional::merge(const Event& e, Mask wanted) {
 
 void Bidirectional::scatter(const Event& e, Mask hit) {
   const Vertex& v = e.vertex;
-  EyeStep step = step_from_eye(scene_, eye_vertex(e), e.path, e.choice.y,
-                               e.sampler.get_2d(e.first_pair + dimension::kBsdfDirection), hit);
+  EyeStep step =
+      step_from_eye(scene_, eye_vertex(e), e.path, e.choice.y, e.random(dimension::kBsdfDirection), hit);
   WidePath& next = step.next;
   if (tells_layers(scene_)) {
     next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, next.direction, step.specular,
-                                   {e.sampler, e.depth, false}, step.alive);
+                                   {e.numbers, e.depth, false}, step.alive);
   }
-  if (e.depth > kRouletteStart) step.alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette.x);
+  if (e.depth > kRouletteStart)
+    step.alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette_number(scene_));
   weights_.store(step.weights, e.packet);
   frontier_.replace(scene_, e.packet, next, step.alive);
 }

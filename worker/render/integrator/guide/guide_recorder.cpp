@@ -19,25 +19,27 @@ float light_of(const SampleBatch& batch, int slot) {
 
 }  // namespace
 
-void GuideRecorder::add(const GuideField* field, const Guided& guided, const GuideCells& cells,
-                        const GuidedSample& sample, Spectrum before, Int slot, Mask learnt, Mask alive) {
+void GuideRecorder::ended(const Encounter& e, const Scattering& scattering) {
   alignas(64) std::int32_t slots[kWidth];
-  slot.store(slots);
-  for (std::uint32_t bits = alive.bits(); bits != 0; bits &= bits - 1)
-    latest_[slots[std::countr_zero(bits)]] = 0;
+  e.path.slot.store(slots);
+  const std::uint32_t alive = scattering.alive.bits();
+  for (std::uint32_t bits = alive; bits != 0; bits &= bits - 1) latest_[slots[std::countr_zero(bits)]] = 0;
+  const BsdfSample& s = scattering.bsdf;
+  const Mask learnt = guidable(e.vertex, scattering.lanes) & s.valid;
   if (none(learnt)) return;
 
-  const BsdfSample& s = sample.bsdf;
-  const Float throughput = sum_of(before);
+  const GuideCells cells = guide_ != nullptr ? guide_->cells() : guide_cells_at(e, batch_);
+  const Float throughput = sum_of(e.path.beta);
   const Int bin = guide_bin(s.wi);
   // Another density in the place of the one that was sampled changes a sample's square by their ratio.
   Float squares[guide_key::kSquareSums] = {Float(-1.0f), Float(-1.0f)};
-  if (field != nullptr) {
-    if (const Mask known = learnt & guided.known; any(known)) {
+  if (guide_ != nullptr) {
+    if (const Mask known = learnt & guide_->guided().known; any(known)) {
       constexpr float kMost = 256;
+      const Float bsdf_pdf = guide_->bsdf_pdf();
       const Float mixed =
-          fma(kGuideFraction, field->pdf(guided, s.wi, known) - sample.bsdf_pdf, sample.bsdf_pdf);
-      squares[0] = select(known, min(s.pdf / sample.bsdf_pdf, kMost), -1.0f);
+          fma(kGuideFraction, guide_->field().pdf(guide_->guided(), s.wi, known) - bsdf_pdf, bsdf_pdf);
+      squares[0] = select(known, min(s.pdf / bsdf_pdf, kMost), -1.0f);
       squares[1] = select(known, min(s.pdf / mixed, kMost), -1.0f);
     }
   }
@@ -52,24 +54,24 @@ void GuideRecorder::add(const GuideField* field, const Guided& guided, const Gui
                 {}};
     for (int k = 0; k < guide_key::kSquareSums; ++k) event.squares[k] = squares[k].lane(i);
     events_.push_back(event);
-    if ((alive.bits() >> i & 1) != 0) latest_[slots[i]] = static_cast<std::int32_t>(events_.size());
+    if ((alive >> i & 1) != 0) latest_[slots[i]] = static_cast<std::int32_t>(events_.size());
   }
 }
 
-void GuideRecorder::all_found(const SampleBatch& batch, const PathState& paths, int n) {
+void GuideRecorder::all_lit(int, const PathState& paths, int n) {
   for (int i = 0; i < n; ++i) {
     const std::int32_t slot = paths.slot[i];
     if (latest_[slot] == 0) continue;
-    events_[static_cast<std::size_t>(latest_[slot] - 1)].found = light_of(batch, slot);
+    events_[static_cast<std::size_t>(latest_[slot] - 1)].found = light_of(batch_, slot);
     latest_[slot] = 0;
   }
 }
 
-void GuideRecorder::end(const SampleBatch& batch) {
+void GuideRecorder::add_up() {
   for (const Event& event : events_) {
     double value = 0;
     if (event.found >= 0 && event.throughput > 0) {
-      const double light = double{light_of(batch, event.slot)} - double{event.found};
+      const double light = double{light_of(batch_, event.slot)} - double{event.found};
       value = std::max(light, 0.0) / double{event.throughput} * double{exposure_};
     }
     sums_.add(guide_key::with_bin(event.cell, static_cast<std::uint64_t>(event.bin)), guide_value(value));

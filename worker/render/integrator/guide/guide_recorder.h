@@ -4,26 +4,24 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/integrator/guide/guided_event.h"
-#include "render/integrator/vertex/sample_batch.h"
+#include "render/integrator/guide/guide_steering.h"
+#include "render/integrator/guide/guide_sums.h"
 
 namespace tessera::render::TESSERA_ISA {
 
-class GuideRecorder {
+class GuideRecorder final : public PathObserver {
  public:
-  /// Values are times `exposure`, which makes them about 1. At most `most` sums are made.
-  GuideRecorder(float exposure, std::size_t most) : exposure_(exposure), sums_(most) {}
+  /// Values are times `exposure`, which makes them about 1. At most `most` sums are made. `guide` is what
+  /// steers the paths, and may be null.
+  GuideRecorder(float exposure, std::size_t most, const SampleBatch& batch, const GuideSteering* guide)
+      : exposure_(exposure), batch_(batch), guide_(guide), sums_(most) {}
 
-  /// A batch begins.
-  void begin() { events_.clear(); }
-  /// 16 paths go on, those of `alive`; in `learnt` of them the direction is to be known. `before` is their
-  /// throughput before the event.
-  void add(const GuideField* field, const Guided& guided, const GuideCells& cells, const GuidedSample& sample,
-           Spectrum before, Int slot, Mask learnt, Mask alive);
+  void begun(const PathState&, const HitState&, int) override { events_.clear(); }
+  void ended(const Encounter& e, const Scattering& s) override;
   /// All light that comes from now on to the paths that are left comes along their new directions.
-  void all_found(const SampleBatch& batch, const PathState& paths, int n);
-  /// The paths have ended.
-  void end(const SampleBatch& batch);
+  void all_lit(int depth, const PathState& paths, int n) override;
+  /// All paths have ended.
+  void add_up();
 
   std::vector<GuideSum> sums() const { return sums_.sorted(); }
 
@@ -38,6 +36,8 @@ class GuideRecorder {
   };
 
   const float exposure_;
+  const SampleBatch& batch_;
+  const GuideSteering* const guide_;
   GuideSums sums_;
   std::vector<Event> events_;
   std::int32_t latest_[kPadded] = {};  // event of each sample's path, and one more; 0: none

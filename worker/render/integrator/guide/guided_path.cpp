@@ -57,31 +57,31 @@ class PartSamples final : public SampleSource {
 
 class Learner final : private Wavefront {
  public:
-  Learner(const IntegratorContext& context, const GuideField* field)
-      : Wavefront(context), records_(context.scene.sensor.response.exposure, wire::kMostGuideSums) {
-    guide_ = field;
-    recorder_ = &records_;
+  Learner(const IntegratorContext& context, const GuideField* field) : Wavefront(context) {
+    if (field != nullptr) steer(guide_.emplace(scene_, *field, batch_));
+    add(records_.emplace(scene_.sensor.response.exposure, wire::kMostGuideSums, batch_,
+                         guide_ ? &*guide_ : nullptr));
   }
   bool follow(SampleSource& work, std::stop_token stop) {
     while (batch_.start(work, paths_)) {
       if (stop.stop_requested()) return false;
-      records_.begin();
       trace(0, batch_.size());
-      records_.end(batch_);
+      records_->add_up();
     }
     return !stop.stop_requested();
   }
-  std::string blob() const { return guide_blob(records_.sums()); }
+  std::string blob() const { return guide_blob(records_->sums()); }
 
  private:
-  GuideRecorder records_;
+  std::optional<GuideSteering> guide_;
+  std::optional<GuideRecorder> records_;
 };
 
 }  // namespace
 
 GuidedPath::GuidedPath(const IntegratorContext& context) : Wavefront(context) {
   const auto* const field = static_cast<const GuideField*>(context.prepared);
-  if (field != nullptr && field->any_followed()) guide_ = field;
+  if (field != nullptr && field->any_followed()) steer(guide_.emplace(scene_, *field, batch_));
 }
 
 bool make_guide(const IntegratorContext& context, const PartRequest& part, std::stop_token stop,

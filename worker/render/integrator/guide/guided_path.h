@@ -4,11 +4,13 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <string>
 #include <string_view>
 
+#include "render/integrator/guide/guide_steering.h"
 #include "render/integrator/path/wavefront.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -17,6 +19,9 @@ class GuidedPath : public Wavefront {
  public:
   /// Without a field in the context, it is path tracing.
   explicit GuidedPath(const IntegratorContext& context);
+
+ private:
+  std::optional<GuideSteering> guide_;
 };
 
 /// Sums of a part of a phase, and of several parts.

@@ -206,9 +206,9 @@ void Gather::start_paths(const RecordPlace& place, const auto& hemisphere, int f
   }
 }
 
-Mask Gather::settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) {
-  if (depth == 1) scatter(t, distance_, path.slot, hit);
-  return IrradianceCached::settle(path, v, t, hit, depth);
+void Gather::met(Encounter& e) {
+  if (e.depth == 1) scatter(e.hit.t, distance_, e.path.slot, e.on_surface);
+  IrradianceCached::met(e);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

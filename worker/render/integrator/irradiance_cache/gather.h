@@ -31,7 +31,7 @@ class Gather final : private IrradianceCached {
 
  private:
   /// Takes the distance of what the first segments met, too.
-  Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override;
+  void met(Encounter& e) override;
   /// The level of the hemisphere for a record that reaches so far.
   std::size_t level_of(const RecordSite& site) const;
   /// The estimate of a hemisphere of as many cells as the record's reach is worth, and its site.

@@ -37,17 +37,19 @@ Cacheable cacheable(const SceneTables& scene, const Vertex& v, Mask hit, int dep
   return result;
 }
 
-Mask IrradianceCached::settle(WidePath& path, const Vertex& v, Float, Mask hit, int depth) {
-  if (cache_ == nullptr) return Mask::none();
-  const Cacheable wanted = cacheable(scene_, v, hit, depth);
-  if (none(wanted.any())) return Mask::none();
+void IrradianceCached::met(Encounter& e) {
+  if (cache_ == nullptr) return;
+  const Vertex& v = e.vertex;
+  WidePath& path = e.path;
+  const Cacheable wanted = cacheable(scene_, v, e.on_surface, e.depth);
+  if (none(wanted.any())) return;
   if (shown_) {
     const Mask shown = cache_->at_record(v.surface.p, wanted.glossy, wanted.any());
     const Spectrum red = spectrum_of({1.0f, 0.0f, 0.0f});
     batch_.add_radiance(red, path.slot, shown);
     path.beta = select(shown, Spectrum(0.0f), path.beta);
   }
-  return settle_even(path, v, wanted.even) | settle_glossy(path, v, wanted.glossy, depth);
+  e.settled |= settle_even(path, v, wanted.even) | settle_glossy(path, v, wanted.glossy, e.depth);
 }
 
 Mask IrradianceCached::settle_even(const WidePath& path, const Vertex& v, Mask wanted) {

@@ -27,7 +27,7 @@ constexpr float least_alpha_of(int bands) { return 2 / static_cast<float>(bands)
 /// The normal of the hemisphere that lights the vertex.
 TESSERA_INLINE Vec3 cached_normal(const Vertex& v) { return face_forward(v.at.frame.z, v.wo); }
 
-class IrradianceCached : public Wavefront {
+class IrradianceCached : public Wavefront, protected PathObserver {
  public:
   /// Without a cache in the context, it is path tracing.
   explicit IrradianceCached(const IntegratorContext& context)
@@ -37,9 +37,11 @@ class IrradianceCached : public Wavefront {
  protected:
   /// `cache` may be null; its records are marked in the picture, if they are `shown`.
   IrradianceCached(const IntegratorContext& context, const IrradianceCache* cache, bool shown)
-      : Wavefront(context), cache_(cache), shown_(shown) {}
+      : Wavefront(context), cache_(cache), shown_(shown) {
+    add(*this);
+  }
 
-  Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override;
+  void met(Encounter& e) override;
 
  private:
   Mask settle_even(const WidePath& path, const Vertex& v, Mask wanted);

@@ -69,11 +69,12 @@ class PixelsOfPart final : public SampleSource {
 };
 
 /// Follows paths from the eye as the picture does, and makes records where they would have none.
-class Recorder final : private Wavefront {
+class Recorder final : private Wavefront, private PathObserver {
  public:
   Recorder(const IntegratorContext& context, const IrradianceCache* given)
       : Wavefront(context), given_(given), gather_(context, given) {
     records_.glossy.bands = scene_.irradiance_cache.glossy_bands;
+    add(*this);
   }
 
   bool look_at(SampleSource& pixels, std::stop_token stop) {
@@ -108,18 +109,21 @@ class Recorder final : private Wavefront {
     if (is_sound_record(record)) records_.even.push_back(record);
   }
 
-  Mask settle(WidePath& path, const Vertex& v, Float t, Mask hit, int depth) override {
-    const Float way = gather(travelled_, path.slot, hit) + t;
-    scatter(way, travelled_, path.slot, hit);
-    const Cacheable wanted = cacheable(scene_, v, hit, depth);
-    if (none(wanted.any())) return wanted.any();
+  void met(Encounter& e) override {
+    const WidePath& path = e.path;
+    const Vertex& v = e.vertex;
+    const Float way = gather(travelled_, path.slot, e.on_surface) + e.hit.t;
+    scatter(way, travelled_, path.slot, e.on_surface);
+    const Cacheable wanted = cacheable(scene_, v, e.on_surface, e.depth);
+    e.settled |= wanted.any();
+    if (none(wanted.any())) return;
     const Vec3 n = cached_normal(v);
     Mask bare = wanted.any();
     if (given_ != nullptr) bare = and_not(bare, given_->covers(v.surface.p, n, error_, wanted.glossy, bare));
     bare = left_of(records_.even, v.surface.p, n, bare & wanted.even) |
            left_of(records_.glossy.sites, v.surface.p, n, bare & wanted.glossy);
     const Float pixel = pixel_width(scene_.sensor, way);
-    const UInt key = hash(batch_.key(path.slot, bare), UInt(static_cast<std::uint32_t>(depth)));
+    const UInt key = hash(batch_.key(path.slot, bare), UInt(static_cast<std::uint32_t>(e.depth)));
     const Vec3 &p = v.surface.p, &ng = v.surface.ng;
     for (std::uint32_t bits = bare.bits(); bits != 0; bits &= bits - 1) {
       const int lane = __builtin_ctz(bits);
@@ -131,7 +135,6 @@ class Recorder final : private Wavefront {
                        .key = key.lane(lane),
                        .glossy = (wanted.glossy.bits() >> lane & 1) != 0});
     }
-    return wanted.any();
   }
 
   /// The lanes that none of the sites reaches.

@@ -3,32 +3,20 @@
 #include "render/integrator/bdpt/ways.h"
 #include "render/integrator/mlt/path_maker.h"
 #include "render/integrator/stage_timer.h"
-#include "render/integrator/vertex/dimensions.h"
+#include "render/integrator/vertex/encounter.h"
 #include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 /// Sixteen subpaths from the eye at the end of their latest segment.
-struct PathMaker::Event {
-  int packet, depth;
-  WidePath path;
-  Hit hit;
-  Receiver reference;  // where the path was last scattered
-  PrimaryNumbers numbers;
-  int first_pair;          // of this event's dimensions
+struct PathMaker::Event : NumberedEncounter<PrimaryNumbers> {
+  int packet;
   PartialWeights weights;  // before arrive_at() as the path left its last vertex
-  Vec2 choice;             // light, BSDF lobe
-  Vertex vertex;
 
-  Event(int packet_number, int event, const WidePath& wide_path, const Hit& found,
-        const PrimaryNumbers& coordinates, const PartialWeights& sums)
-      : packet(packet_number),
-        depth(event),
-        path(wide_path),
-        hit(found),
-        reference(wide_path.origin),
-        numbers(coordinates),
-        first_pair(dimension::kFirstEvent + event * dimension::kPairsPerEvent),
+  Event(const SceneTables& scene, const WidePath& paths, const Hit& hits, const PrimaryNumbers& coordinates,
+        int event, Mask active, int packet_number, const PartialWeights& sums)
+      : NumberedEncounter(scene, paths, hits, coordinates, event, active),
+        packet(packet_number),
         weights(sums) {}
 
   EyeVertex end() const { return {vertex, weights, path.beta, depth, Float(0.0f)}; }
@@ -96,41 +84,25 @@ void PathMaker::shade_eye(PathBatch& batch, int depth) {
     if (none(active)) continue;
     const Int entry = frontier_.entries(k);
     const WidePath path = frontier_.path(scene_, entry, active);
-    Event e(k, depth, path, frontier_.hit(entry, active), PrimaryNumbers(batch, k), weights_.load(k));
-    Vertex& v = e.vertex;
-    v.wo = -path.direction;
-    if (scene_.any_motion) e.hit.time = path.time;
-    v.time = e.hit.time;
-    if (scene_.volumetric) {
-      e.reference.p = path.reference;
-      v.medium = path.medium;
-      v.in_medium = active & (e.hit.shape == kScatteredByMedium);
-    }
-    if (scene_.lights.uses_normals) e.reference.normal = path.normal;
+    Event e(scene_, path, frontier_.hit(entry, active), PrimaryNumbers(batch, k), depth, active, k,
+            weights_.load(k));
+    const Vertex& v = e.vertex;
     const Int from_light = batch.ways_from_light(k);
     const Mask ends = active & (batch.ways_from_eye(k) == depth + 2), at_light = ends & (from_light == 0);
-    const Mask hit = active & (e.hit.shape >= 0), events = hit | v.in_medium;
-    if (const Mask missed = and_not(at_light, events); any(missed)) add_environment(batch, e, missed);
-    const Mask scattered = and_not(events, at_light);
-    if (none(events)) {
+    if (const Mask missed = at_light & e.missed; any(missed)) add_environment(batch, e, missed);
+    const Mask scattered = and_not(e.met, at_light);
+    if (none(e.met)) {
       frontier_.drop(k);
       continue;
     }
-    v.surface = surface_at(scene_.shapes, e.hit, path.origin, path.direction, hit, scene_.any_tangents);
-    add_emission(batch, e, hit & at_light);
+    e.find_surface(scene_, e.on_surface);
+    add_emission(batch, e, e.on_surface & at_light);
     if (none(scattered)) {
       frontier_.drop(k);
       continue;
     }
-    e.choice = e.numbers.get_2d(e.first_pair + dimension::kChoice);
-    const Float u_mix =
-        scene_.any_mix ? e.numbers.get_2d(e.first_pair + dimension::kRoulette).y : Float(0.0f);
-    interact(scene_, v.surface, v.wo, u_mix, hit, v.at);
-    if (any(v.in_medium)) put_into_medium(fma(path.direction, e.hit.t, path.origin), v.in_medium, v);
-    if (scene_.any_opacity && !scene_.volumetric) {
-      if (const Mask partly = partly_open(v, hit); any(partly))
-        open_surface(scene_, e.numbers.get_2d(dimension::kOpacity + depth).x, partly, v);
-    }
+    e.choice = e.random(dimension::kChoice);
+    e.find_scattering(scene_);
     e.weights = arrive_at(scene_, v, depth, e.reference.p, e.numbers.get_2d(dimension::kLens), film_area_,
                           e.weights, scattered);
     if (const Mask joined = joinable(v, scattered & ends); any(joined)) {
@@ -172,7 +144,7 @@ void PathMaker::add_emission(PathBatch& batch, const Event& e, Mask hit) {
 
 void PathMaker::sample_one_light(PathBatch& batch, const Event& e, Mask wanted) {
   if (!samples_lights(scene_.lights) || none(wanted)) return;
-  const Vec2 u_point = e.numbers.get_2d(e.first_pair + dimension::kLightPoint);
+  const Vec2 u_point = e.random(dimension::kLightPoint);
   queue(
       batch, e,
       light_of(scene_, e.end(),
@@ -195,8 +167,8 @@ void PathMaker::scatter_from_eye(const Event& e, Mask hit) {
     frontier_.drop(e.packet);
     return;
   }
-  const EyeStep step = step_from_eye(scene_, e.end(), e.path, e.choice.y,
-                                     e.numbers.get_2d(e.first_pair + dimension::kBsdfDirection), hit);
+  const EyeStep step =
+      step_from_eye(scene_, e.end(), e.path, e.choice.y, e.random(dimension::kBsdfDirection), hit);
   weights_.store(step.weights, e.packet);
   frontier_.replace(scene_, e.packet, step.next, step.alive);
 }

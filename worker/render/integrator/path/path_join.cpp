@@ -1,7 +1,6 @@
 // Pairs of surfaces, once paths have ended.
 #include <algorithm>
 
-#include "render/integrator/guide/guided_event.h"
 #include "render/integrator/path/packing.h"
 #include "render/integrator/path/path_reuse.h"
 #include "render/integrator/stage_timer.h"
@@ -29,10 +28,10 @@ void PathReuse::for_each_packet(const Samples& samples, F&& f) {
     f(i, Packet{Int::load(samples.slot + i), Mask::first(samples.size - i)});
 }
 
-void PathReuse::finish(SampleBatch& batch, ConnectionQueue& queue) {
+void PathReuse::finish(ConnectionQueue& queue) {
   if (!any_shared_) return;
   const StageTimer timer(stats_.times, Stage::kShadow);
-  for (int first = 0; first < size_; first += kWidth) collect(first, batch);
+  for (int first = 0; first < size_; first += kWidth) collect(first);
   list_samples();
   for_each_packet(firsts_, [&](int place, const Packet& firsts) { join(place, firsts, queue); });
   trace(queue);
@@ -41,21 +40,21 @@ void PathReuse::finish(SampleBatch& batch, ConnectionQueue& queue) {
   for_each_packet(glossies_, [&](int, const Packet& seconds) { scatter_back(seconds); });
   for (const Samples* seconds : {&glossies_, &evens_})
     for_each_packet(*seconds, [&](int, const Packet& packet) { weigh(packet); });
-  for_each_packet(firsts_, [&](int place, const Packet& firsts) { hand_out(place, firsts, batch); });
+  for_each_packet(firsts_, [&](int place, const Packet& firsts) { hand_out(place, firsts); });
 }
 
 /// Leaves the sample with what is its own, and shared_ with what has brought any light.
-void PathReuse::collect(int first, SampleBatch& batch) {
+void PathReuse::collect(int first) {
   const Int shared = Int::load(shared_ + first);
   if (none(shared != 0)) return;
-  const Spectrum rest = batch.radiance(first);
+  const Spectrum rest = batch_.radiance(first);
   Spectrum own, light, found;
   load_lanes(own_, first, own);
   load_lanes(light_, first, light);
   load_lanes(found_, first, found);
   const Mask suffix = has(shared, kEven | kBeyond), sampled = has(shared, kLight), met = has(shared, kFound);
   store_lanes(select(suffix, rest, Spectrum(0.0f)), suffix_, first);
-  batch.set_radiance(own + select(suffix, Spectrum(0.0f), rest), first);
+  batch_.set_radiance(own + select(suffix, Spectrum(0.0f), rest), first);
   const Int bits = select(and_not(suffix, is_black(rest)), shared & Int(kEven | kBeyond), Int(0)) |
                    select(and_not(sampled, is_black(light)), shared & Int(kLight | kDelta), Int(0)) |
                    select(and_not(met, is_black(found)), Int(kFound), Int(0));
@@ -104,11 +103,7 @@ Vertex PathReuse::vertex_at(int event, const Packet& samples) const {
 void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
   const Int slot = firsts.slot, group = group_of(slot), event = gather(first_event_, slot);
   const Vertex v = vertex_at(0, firsts);
-  Guided guided;
-  if (guide_ != nullptr) {
-    guided.density = gather(density_, slot, firsts.lanes);
-    guided.followed = guided.known = firsts.lanes & (guided.density >= 0);
-  }
+  const Int steered = steering_ != nullptr ? gather(steered_, slot, firsts.lanes) : Int(0);
   // One second surface of each group after the other: rays to one point are followed together.
   for (int member = 0; member < group_; ++member) {
     const Int partner = group + Int(member);
@@ -123,7 +118,7 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
       const Float cosine = -dot(ng, to.w);
       lanes &= (to.squared > 0.0f) & (cosine > 0.0f) & (dot(ns, to.w) < 0.0f);
       BsdfEval bsdf = eval_scattering(scene_, v, to.w, lanes);
-      if (guide_ != nullptr) bsdf.pdf = mixed_pdf(*guide_, guided, to.w, bsdf.pdf, lanes);
+      if (steering_ != nullptr) bsdf.pdf = steering_->pdf(steered, to.w, bsdf.pdf, lanes);
       // Where nothing is scattered, paths end.
       lanes = and_not(lanes & (bsdf.pdf > 0.0f), is_black(bsdf.f_cos));
       const Float by_area = cosine / select(lanes, to.squared, 1.0f);
@@ -247,7 +242,7 @@ void PathReuse::weigh(const Packet& seconds) {
   scatter(inverse(fma(point, gather(found_pdf_, slot, found), on)), by_found_, slot, seconds.lanes);
 }
 
-void PathReuse::hand_out(int place, const Packet& firsts, SampleBatch& batch) const {
+void PathReuse::hand_out(int place, const Packet& firsts) const {
   const Int group = group_of(firsts.slot);
   Spectrum sum(0.0f);
   for (int member = 0; member < group_; ++member) {
@@ -281,7 +276,7 @@ void PathReuse::hand_out(int place, const Packet& firsts, SampleBatch& batch) co
     const Mask behind = firsts.lanes & (gather(first_event_, firsts.slot) > 0);
     sum = select(behind, sum * gather_lanes<Spectrum>(before_, firsts.slot, behind), sum);
   }
-  batch.add_radiance(sum, firsts.slot, firsts.lanes);
+  batch_.add_radiance(sum, firsts.slot, firsts.lanes);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

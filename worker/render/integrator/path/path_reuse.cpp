@@ -3,7 +3,9 @@
 
 #include <algorithm>
 
-#include "render/integrator/guide/guided_event.h"
+#include "render/integrator/vertex/roulette.h"
+#include "render/light/area/interpolated_normal.h"
+#include "render/light/light_access.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -20,13 +22,14 @@ TESSERA_INLINE Mask shareable(const Vertex& v, Mask lanes) {
 
 }  // namespace
 
-PathReuse::PathReuse(const IntegratorContext& context, int group, const GuideField* guide, Transit& transit,
-                     HitState& room)
+PathReuse::PathReuse(const IntegratorContext& context, SampleBatch& batch, int group,
+                     const Steering* steering, Transit& transit, HitState& room)
     : scene_(context.scene),
       rays_(context.rays),
       stats_(context.stats),
+      batch_(batch),
       group_(group),
-      guide_(guide),
+      steering_(steering),
       transit_(transit),
       room_(room) {
   const std::size_t pairs = pair(group, 0);
@@ -36,7 +39,7 @@ PathReuse::PathReuse(const IntegratorContext& context, int group, const GuideFie
   }
 }
 
-void PathReuse::begin(const PathState& paths, const HitState& hits, int n) {
+void PathReuse::begun(const PathState& paths, const HitState& hits, int n) {
   size_ = n;
   any_shared_ = false;
   last_first_ = last_mirror_ = -1;
@@ -50,44 +53,45 @@ void PathReuse::begin(const PathState& paths, const HitState& hits, int n) {
   for (auto& lanes : own_.c) std::fill_n(lanes, n, 0.0f);
 }
 
-void PathReuse::at_surface(const Vertex& v, const Hit& hit, Float mix, const Guided& guided, WidePath& path,
-                           Mask lanes, int depth, SampleBatch& batch) {
-  const Int event = gather(first_event_, path.slot, lanes);
-  if (const Mask now = lanes & (event == Int(kNone)); any(now))
-    at_first(v, hit, mix, guided, path, now, depth);
-  if (const Mask now = lanes & (event == Int(depth - 1)); any(now)) at_second(v, hit, mix, path, now, batch);
-  if (const Mask now = lanes & (event == Int(depth - 2)); any(now)) at_third(v, path, now, batch);
+void PathReuse::met(Encounter& e) {
+  if (!follows(e.depth)) return;
+  const Mask lanes = e.on_surface;
+  const Int event = gather(first_event_, e.path.slot, lanes);
+  if (const Mask now = lanes & (event == Int(kNone)); any(now)) at_first(e, now);
+  if (const Mask now = lanes & (event == Int(e.depth - 1)); any(now)) at_second(e, now);
+  if (const Mask now = lanes & (event == Int(e.depth - 2)); any(now)) at_third(e, now);
 }
 
-void PathReuse::at_first(const Vertex& v, const Hit& hit, Float mix, const Guided& guided,
-                         const WidePath& path, Mask lanes, int depth) {
-  const Mask joined = shareable(v, lanes);
-  if (any(and_not(lanes, joined))) last_mirror_ = depth;
+void PathReuse::at_first(const Encounter& e, Mask lanes) {
+  const Mask joined = shareable(e.vertex, lanes);
+  if (any(and_not(lanes, joined))) last_mirror_ = e.depth;
   if (none(joined)) return;
-  last_first_ = depth;
-  scatter(Int(depth), first_event_, path.slot, joined);
-  scatter_lanes(v.surface.p, first_, path.slot, joined);
-  if (guide_ != nullptr)
-    scatter(select(guided.followed, guided.density, Int(-1)), density_, path.slot, joined);
-  if (depth == 0) {  // begin() has the rest
-    if (scene_.any_mix) scatter(mix, mix_[0], path.slot, joined);
+  last_first_ = e.depth;
+  const Int slot = e.path.slot;
+  scatter(Int(e.depth), first_event_, slot, joined);
+  scatter_lanes(e.vertex.surface.p, first_, slot, joined);
+  if (steering_ != nullptr) scatter(e.steered, steered_, slot, joined);
+  if (e.depth == 0) {  // begun() has the rest
+    if (scene_.any_mix) scatter(e.roulette.y, mix_[0], slot, joined);
     return;
   }
-  keep(0, path, hit, mix, joined);
-  scatter_lanes(path.beta, before_, path.slot, joined);
+  keep(0, e, joined);
+  scatter_lanes(e.path.beta, before_, slot, joined);
 }
 
-void PathReuse::keep(int event, const WidePath& path, const Hit& hit, Float mix, Mask lanes) {
-  scatter_lanes(path.origin, origin_[event], path.slot, lanes);
-  scatter_lanes(path.direction, direction_[event], path.slot, lanes);
-  HitState::for_each([&](const auto& from, auto& to) { scatter(from, to, path.slot, lanes); }, hit,
+void PathReuse::keep(int event, const Encounter& e, Mask lanes) {
+  const Int slot = e.path.slot;
+  scatter_lanes(e.path.origin, origin_[event], slot, lanes);
+  scatter_lanes(e.path.direction, direction_[event], slot, lanes);
+  HitState::for_each([&](const auto& from, auto& to) { scatter(from, to, slot, lanes); }, e.hit,
                      hits_[event]);
-  if (scene_.any_mix) scatter(mix, mix_[event], path.slot, lanes);
+  if (scene_.any_mix) scatter(e.roulette.y, mix_[event], slot, lanes);
 }
 
-void PathReuse::set_apart(Int slot, Mask lanes, SampleBatch& batch) {
+/// What the samples have found so far is theirs alone.
+void PathReuse::set_apart(Int slot, Mask lanes) {
   const Spectrum before = gather_lanes<Spectrum>(own_, slot, lanes);
-  scatter_lanes(before + batch.take_radiance(slot, lanes), own_, slot, lanes);
+  scatter_lanes(before + batch_.take_radiance(slot, lanes), own_, slot, lanes);
 }
 
 namespace {
@@ -101,8 +105,9 @@ TESSERA_INLINE void begin_anew(float caution, WidePath& path, Mask lanes) {
 
 }  // namespace
 
-void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes,
-                          SampleBatch& batch) {
+void PathReuse::at_second(Encounter& e, Mask lanes) {
+  const Vertex& v = e.vertex;
+  WidePath& path = e.path;
   const Mask found = shareable(v, lanes) & (path.pdf > 0.0f);
   const Mask lambertian =
       reflects_only(v.at) & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kHasBump) == 0);
@@ -116,68 +121,82 @@ void PathReuse::at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& 
   scatter_lanes(face_forward(v.at.frame.z, v.wo), ns_, path.slot, kept);
   scatter(v.surface.error, error_, path.slot, kept);
   scatter(select(bright, Int(kEven), Int(kGlossy)), shared_, path.slot, kept);
-  if (any(glossy)) keep(1, path, hit, mix, glossy);
+  if (any(glossy)) keep(1, e, glossy);
   if (none(bright)) return;
   any_shared_ = true;
-  set_apart(path.slot, bright, batch);
+  set_apart(path.slot, bright);
   begin_anew(scene_.shared_caution, path, bright);
 }
 
-void PathReuse::at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatch& batch) {
+void PathReuse::at_third(Encounter& e, Mask lanes) {
+  WidePath& path = e.path;
   const Int shared = gather(shared_, path.slot, lanes);
   Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f);
   // Light found behind glass is weighed against light samples from here, which pass the glass.
   if (scene_.straight_shadows)
-    taken = and_not(taken, clear_glass_at(scene_, v.surface, path.direction, taken));
+    taken = and_not(taken, clear_glass_at(scene_, e.vertex.surface, path.direction, taken));
   if (none(taken)) return;
   any_shared_ = true;
   scatter(shared | Int(kBeyond), shared_, path.slot, taken);
   scatter_lanes(path.direction, on_, path.slot, taken);
-  set_apart(path.slot, taken, batch);
+  set_apart(path.slot, taken);
   begin_anew(scene_.shared_caution, path, taken);
 }
 
-Mask PathReuse::share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, int depth,
-                            SampleBatch& batch) {
-  const Int shared = gather(shared_, slot, lanes);
-  const Mask taken = lanes & has(shared, kGlossy) & (gather(first_event_, slot, lanes) == Int(depth - 1));
-  if (none(taken)) return taken;
+/// What is shared is neither scattered at the second surface nor weighed.
+void PathReuse::lit(const Encounter& e, SampledLight& light) {
+  if (!shares_lamps() || !follows(e.depth)) return;
+  Mask lanes = and_not(light.lanes, has_interpolated_normals(scene_.lights, light.light, light.lanes));
+  if (!shares_sky()) {
+    const Int kind = kind_of(scene_.lights, light.light, light.lanes);
+    lanes = and_not(lanes, kind == static_cast<std::int32_t>(LightKind::kInfinite));
+  }
+  const Int slot = e.path.slot, shared = gather(shared_, slot, lanes);
+  const Mask taken = lanes & has(shared, kGlossy) & (gather(first_event_, slot, lanes) == Int(e.depth - 1));
+  if (none(taken)) return;
   any_shared_ = true;
-  scatter(shared | select(delta, Int(kLight | kDelta), Int(kLight)), shared_, slot, taken);
-  scatter_lanes(wi, to_light_, slot, taken);
-  scatter(pdf, light_pdf_, slot, taken);
-  set_apart(slot, taken, batch);
-  return taken;
+  scatter(shared | select(light.sample.delta, Int(kLight | kDelta), Int(kLight)), shared_, slot, taken);
+  scatter_lanes(light.sample.wi, to_light_, slot, taken);
+  scatter(light.pdf, light_pdf_, slot, taken);
+  set_apart(slot, taken);
+  light.ray.contribution = select(taken, light.sample.radiance, light.ray.contribution);
 }
 
-Mask PathReuse::share_emission(const WidePath& path, Spectrum radiance, Float by_lights, Mask lanes,
-                               int depth) {
-  const Int shared = gather(shared_, path.slot, lanes);
-  const Mask taken = lanes & has(shared, kGlossy) & (path.pdf > 0.0f) &
-                     (gather(first_event_, path.slot, lanes) == Int(depth - 2));
-  if (none(taken)) return taken;
+/// What is shared is not the sample's own.
+void PathReuse::emitted(const Encounter& e, MetLight& light) {
+  if (none(light.weighed) || !follows(e.depth)) return;
+  if (!(light.at_infinity ? shares_sky() : shares_lamps())) return;
+  Mask lanes = light.weighed;
+  if (!light.at_infinity) lanes = and_not(lanes, has_interpolated_normals(scene_.lights, light.light, lanes));
+  const Int slot = e.path.slot, shared = gather(shared_, slot, lanes);
+  const Mask taken = lanes & has(shared, kGlossy) & (e.path.pdf > 0.0f) &
+                     (gather(first_event_, slot, lanes) == Int(e.depth - 2));
+  if (none(taken)) return;
   any_shared_ = true;
-  scatter(shared | Int(kFound), shared_, path.slot, taken);
-  scatter_lanes(path.direction, on_, path.slot, taken);
-  scatter_lanes(radiance, found_, path.slot, taken);
-  scatter(by_lights, found_pdf_, path.slot, taken);
-  return taken;
+  scatter(shared | Int(kFound), shared_, slot, taken);
+  scatter_lanes(e.path.direction, on_, slot, taken);
+  scatter_lanes(light.radiance, found_, slot, taken);
+  scatter(light.by_lights, found_pdf_, slot, taken);
+  light.arriving = select(taken, Spectrum(0.0f), light.arriving);
 }
 
-void PathReuse::lights_traced(int depth, SampleBatch& batch) {
-  if (!any_shared_) return;
+void PathReuse::all_lit(int depth, const PathState&, int) {
+  if (!any_shared_ || !follows(depth)) return;
   for (int first = 0; first < size_; first += kWidth) {
     const Mask lanes =
         has(Int::load(shared_ + first), kLight) & (Int::load(first_event_ + first) == Int(depth - 1));
     if (none(lanes)) continue;
     const Int slot = Int::iota(first);
-    scatter_lanes(batch.take_radiance(slot, lanes), light_, slot, lanes);
+    scatter_lanes(batch_.take_radiance(slot, lanes), light_, slot, lanes);
   }
 }
 
-Mask PathReuse::spared(Int slot, Mask lanes, int depth) const {
-  const Int event = gather(first_event_, slot, lanes);
-  return lanes & ((event == Int(depth)) | (event == Int(depth - 1)));
+/// Whether paths go on from a first or a second surface would be part of the density with which neighbours
+/// find what comes next.
+void PathReuse::scattered(const Encounter& e, Scattering& s) {
+  if (e.depth <= kRouletteStart || !follows(e.depth)) return;
+  const Int event = gather(first_event_, e.path.slot, s.lanes);
+  s.spared |= s.lanes & ((event == Int(e.depth)) | (event == Int(e.depth - 1)));
 }
 
 }  // namespace tessera::render::TESSERA_ISA

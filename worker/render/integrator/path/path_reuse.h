@@ -16,8 +16,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "render/integrator/guide/guide_field.h"
 #include "render/integrator/integrator.h"
+#include "render/integrator/vertex/path_observer.h"
 #include "render/integrator/vertex/path_state.h"
 #include "render/integrator/vertex/sample_batch.h"
 #include "render/integrator/vertex/transit.h"
@@ -25,37 +25,22 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-class PathReuse {
+class PathReuse final : public PathObserver {
  public:
   /// `group` neighbours share: samples of a batch from 0 on, 2, 4, 8 or 16, of one time where things move.
   /// Not for scenes with media, layers of light, or sheets that tint what they let straight through. `room`
-  /// is for hits once paths have ended.
-  PathReuse(const IntegratorContext& context, int group, const GuideField* guide, Transit& transit,
-            HitState& room);
+  /// is for hits once paths have ended. `steering` may be null.
+  PathReuse(const IntegratorContext& context, SampleBatch& batch, int group, const Steering* steering,
+            Transit& transit, HitState& room);
 
-  /// A batch of `n` paths has met its first event.
-  void begin(const PathState& paths, const HitState& hits, int n);
-  /// Whether at the event of `depth` paths may be at their first, second or third surfaces; if not, nothing
-  /// needs to be told of it.
-  bool follows(int depth) const { return depth <= std::max(last_first_ + 2, last_mirror_ + 1); }
-  /// Paths are shaded at `v`, and what is emitted there is in the samples' radiance; `mix` chose the part of
-  /// a mixed material, `guided` is how the paths are guided, if there is a guide. What is shared of the paths
-  /// that are left is computed for a throughput of 1.
-  void at_surface(const Vertex& v, const Hit& hit, Float mix, const Guided& guided, WidePath& path,
-                  Mask lanes, int depth, SampleBatch& batch);
-  /// Lanes whose second surface shares the light that was sampled along `wi`, with density `pdf`: what is
-  /// sent to it is neither scattered there nor weighed.
-  Mask share_light(Int slot, Vec3 wi, Float pdf, Mask delta, Mask lanes, int depth, SampleBatch& batch);
-  /// Lanes whose second surface shares what comes from a lamp or the sky that the path has met, which samples
-  /// of lights find with density `by_lights`: it is not the sample's own.
-  Mask share_emission(const WidePath& path, Spectrum radiance, Float by_lights, Mask lanes, int depth);
-  /// Sampled light has come.
-  void lights_traced(int depth, SampleBatch& batch);
-  /// Lanes that Russian roulette may not end, at a first or a second surface: whether paths go on from there
-  /// would be part of the density with which neighbours find what comes next.
-  Mask spared(Int slot, Mask lanes, int depth) const;
+  void begun(const PathState& paths, const HitState& hits, int n) override;
+  void met(Encounter& e) override;
+  void emitted(const Encounter& e, MetLight& light) override;
+  void lit(const Encounter& e, SampledLight& light) override;
+  void scattered(const Encounter& e, Scattering& s) override;
+  void all_lit(int depth, const PathState& paths, int n) override;
   /// The paths have ended: hands out what is shared. `queue` is empty, before and after.
-  void finish(SampleBatch& batch, ConnectionQueue& queue);
+  void finish(ConnectionQueue& queue);
 
  private:
   /// Bits for what the second surface of a sample shares.
@@ -96,14 +81,19 @@ class PathReuse {
   Int group_of(Int slot) const { return slot & Int(-group_); }
   Int seeing_pairs(int member, Int slot, Mask& lanes) const;
 
-  void at_first(const Vertex& v, const Hit& hit, Float mix, const Guided& guided, const WidePath& path,
-                Mask lanes, int depth);
-  void at_second(const Vertex& v, const Hit& hit, Float mix, WidePath& path, Mask lanes, SampleBatch& batch);
-  void at_third(const Vertex& v, WidePath& path, Mask lanes, SampleBatch& batch);
-  void keep(int event, const WidePath& path, const Hit& hit, Float mix, Mask lanes);
-  void set_apart(Int slot, Mask lanes, SampleBatch& batch);
+  /// Whether at the event of `depth` paths may be at their first, second or third surfaces; if not, nothing
+  /// of it matters.
+  bool follows(int depth) const { return depth <= std::max(last_first_ + 2, last_mirror_ + 1); }
+  /// Whether second surfaces share the light of lamps and of the sky: paths find each by one density alone.
+  bool shares_lamps() const { return !scene_.straight_shadows; }
+  bool shares_sky() const { return shares_lamps() && scene_.lights.infinite_lights.size() <= 1; }
+  void at_first(const Encounter& e, Mask lanes);
+  void at_second(Encounter& e, Mask lanes);
+  void at_third(Encounter& e, Mask lanes);
+  void keep(int event, const Encounter& e, Mask lanes);
+  void set_apart(Int slot, Mask lanes);
 
-  void collect(int first, SampleBatch& batch);
+  void collect(int first);
   void list_samples();
   Vertex vertex_at(int event, const Packet& samples) const;
   void join(int place, const Packet& firsts, ConnectionQueue& queue);
@@ -115,13 +105,14 @@ class PathReuse {
                      Pairs& pdf) const;
   Float density_along(Int pairs, Mask lanes, const SpectrumPairs& value, const Pairs& pdf) const;
   void weigh(const Packet& seconds);
-  void hand_out(int place, const Packet& firsts, SampleBatch& batch) const;
+  void hand_out(int place, const Packet& firsts) const;
 
   const SceneTables& scene_;
   const RayQuery& rays_;
   RenderStats& stats_;
+  SampleBatch& batch_;
   const int group_;
-  const GuideField* const guide_;  // may be null
+  const Steering* const steering_;  // may be null
   Transit& transit_;
   HitState& room_;
   int size_ = 0;
@@ -135,7 +126,7 @@ class PathReuse {
   Lanes<float> time_;     // with motion
   SpectrumLanes before_;  // throughput up to the first surface, where it is not the path's first event
   Vec3Lanes first_;       // points of first surfaces
-  alignas(64) Lanes<std::int32_t> density_;  // of the guide, that first surfaces follow; -1: none
+  alignas(64) Lanes<std::int32_t> steered_;  // Encounter::steered of first surfaces
   Vec3Lanes p_, ng_, ns_;                    // second surfaces, seen from where the path came
   Lanes<float> error_;
   alignas(64) Lanes<std::int32_t> shared_;  // bits of Shared

@@ -1,17 +1,35 @@
 #include "render/integrator/path/wavefront.h"
 
 #include "render/integrator/vertex/dimensions.h"
-#include "render/integrator/vertex/layers.h"
+#include "render/integrator/vertex/layer_observer.h"
+#include "render/integrator/vertex/straight_shadows.h"
 
 namespace tessera::render::TESSERA_ISA {
 
+Wavefront::Wavefront(const IntegratorContext& context, std::int32_t max_depth)
+    : context_(context),
+      scene_(context.scene),
+      stats_(context.stats),
+      batch_(context),
+      rays_(context.rays),
+      max_depth_(max_depth),
+      transit_(context),
+      layers_(make_layer_observer(context, batch_)),
+      straight_shadows_(scene_.straight_shadows ? std::make_unique<StraightShadows>(scene_) : nullptr) {
+  for (PathObserver* observer : {layers_.get(), straight_shadows_.get()})
+    if (observer != nullptr) add(*observer);
+}
+
 bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
-  const int group = work.group().count();
-  if (group > 1) reuse_ = std::make_unique<PathReuse>(context_, group, guide_, transit_, hits_);
+  if (const int group = work.group().count(); group > 1) {
+    std::erase(observers_, reuse_.get());
+    reuse_ = std::make_unique<PathReuse>(context_, batch_, group, steering_, transit_, hits_);
+    add(*reuse_);
+  }
   while (batch_.start(work, paths_)) {
     if (stop.stop_requested()) return false;
     trace(0, batch_.size());
-    if (reuse_) reuse_->finish(batch_, shadows_);
+    if (reuse_) reuse_->finish(shadows_);
     batch_.finish(film, max_depth_ > 0);
   }
   return true;
@@ -29,39 +47,29 @@ void Wavefront::advance(int depth) {
     const StageTimer timer(stats_.times, Stage::kTransit);
     transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
   }
-  if (reuse_ && depth == 0) reuse_->begin(paths_, hits_, alive_);
+  if (depth == 0)
+    for (PathObserver* observer : observers_) observer->begun(paths_, hits_, alive_);
   shade(depth);
+  for (PathObserver* observer : observers_) observer->all_scattered(depth);
   trace_to_lights(depth);
-  if (reuses(depth)) reuse_->lights_traced(depth, batch_);
-  if (recorder_ != nullptr) recorder_->all_found(batch_, paths_, alive_);
+  for (PathObserver* observer : observers_) observer->all_lit(depth, paths_, alive_);
 }
 
 void Wavefront::trace_to_lights(int depth) {
   const StageTimer timer(stats_.times, Stage::kShadow);
-  if (shadow_layers_) shadow_layers_->trace(batch_, depth);
-  if (scene_.volumetric) {
-    // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
-    transit_.march(Passenger::kLight, shadows_, hits_, depth, [&](const WideConnection& ray, Mask arrived) {
-      batch_.add_radiance(ray.contribution, ray.slot, arrived);
-      if (tells_layers(scene_)) batch_.add_to_layers(ray.contribution, ray.layers, ray.slot, arrived);
-    });
-  } else {
-    trace_shadow_rays();
+  if (!scene_.volumetric) {
+    batch_.trace(shadows_);
+    return;
   }
+  // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
+  transit_.march(Passenger::kLight, shadows_, hits_, depth,
+                 [&](const WideConnection& ray, Mask arrived) { batch_.add_contribution(ray, arrived); });
 }
 
 void Wavefront::intersect(int depth) {
   const StageTimer timer(stats_.times, Stage::kIntersection);
   find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
   if (depth == 0) batch_.miss_unsampled(hits_);
-}
-
-void Wavefront::trace_shadow_rays() {
-  rays_.occluded(arrays_of(shadows_.origin, shadows_.direction, times_of(shadows_.time)), shadows_.size,
-                 shadows_.distance);
-  stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
-  batch_.add_contributions(shadows_);
-  shadows_.size = 0;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -9,10 +9,9 @@
 #include "render/integrator/vertex/focused.h"
 #include "render/integrator/vertex/layers.h"
 #include "render/integrator/vertex/light_choice.h"
+#include "render/integrator/vertex/met_light.h"
 #include "render/integrator/vertex/pass_time.h"
-#include "render/integrator/vertex/power_heuristic.h"
 #include "render/integrator/vertex/roulette.h"
-#include "render/light/area/interpolated_normal.h"
 #include "render/sampling/hash.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -43,7 +42,8 @@ PhotonMapper::PhotonMapper(const IntegratorContext& context)
       light_paths_(context, static_cast<float>(photons_)),
       caustics_{scene_.photon.caustic_radius, 1},
       others_{scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_), 2},
-      batch_(context) {
+      batch_(context),
+      layers_(make_layer_observer(context, batch_)) {
   if (caustics_.first_radius == 0) caustics_.first_radius = others_.first_radius;
 }
 
@@ -126,26 +126,15 @@ void PhotonMapper::advance(int depth) {
     int kept = 0;
     for (int i = 0; i < alive_; i += kWidth) {
       const Mask active = Mask::first(alive_ - i);
-      const WidePath path = load(scene_, paths_, i);
-      Event e(path, batch_.sampler(path.slot, active), depth);
-      Hit found = load_hit(hits_, i);
-      e.hit = active & (found.shape >= 0);
-      if (scene_.any_motion) found.time = path.time;
-      Vertex& v = e.vertex;
-      v.wo = -path.direction;
-      v.time = found.time;
-      v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, e.hit, scene_.any_tangents);
-      add_emission(e, active);
-      if (none(e.hit) || (depth == scene_.max_depth && depth > 0)) continue;
-      interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, e.hit, v.at);
-      if (const Mask partly = partly_open(v, e.hit); any(partly))
-        open_surface(scene_, e.sampler.get_2d(dimension::kOpacity + depth).x, partly, v);
-      if (depth == 0) {
-        batch_.record_first_hit(v, found.t, path.slot, e.hit);
-        if (scene_.aovs.of_hits()) batch_.record_hit(found, path.slot, e.hit);
-      }
+      Encounter e(scene_, batch_, paths_, hits_, depth, i, active);
+      e.find_surface(scene_, e.on_surface);
+      add_emission(e);
+      if (none(e.met) || (depth == scene_.max_depth && depth > 0)) continue;
+      e.find_scattering(scene_);
+      const Vertex& v = e.vertex;
+      if (depth == 0) batch_.record_first_hit(v, e.hit, e.path.slot, e.met);
       if (depth == scene_.max_depth) continue;
-      if (const Mask wanted = joinable(v, e.hit); any(wanted)) {
+      if (const Mask wanted = joinable(v, e.on_surface); any(wanted)) {
         if (!scene_.photon.direct) sample_one_light(e, wanted);
         gather(caustics_, e, wanted);
         gather(others_, e, wanted);
@@ -163,78 +152,47 @@ void PhotonMapper::find_points(int depth) {
   find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
 }
 
-void PhotonMapper::add_emission(const Event& e, Mask active) {
-  const WidePath& path = e.path;
-  const Surface& surface = e.vertex.surface;
-  Receiver from(path.origin);
-  if (scene_.lights.uses_normals) from.normal = path.normal;
+void PhotonMapper::add_emission(const Encounter& e) {
   // Light that sampling the lights could have found, too.
-  const Mask shared = scene_.photon.direct ? Mask::none() : active & (path.pdf > 0.0f);
-  const auto weight = [&](Int light, Vec3 point, Vec3 normal, Mask lanes) {
-    const Mask weighed = lanes & shared;
-    if (none(weighed)) return Float(1.0f);
-    const Float pdf = light_pdf(scene_.lights, light, from, path.direction, point, normal, weighed) *
-                      pick_pmf(scene_.lights, light, from, weighed);
-    return select(weighed, power_heuristic(path.pdf, pdf), 1.0f);
+  const Mask shared = scene_.photon.direct ? Mask::none() : e.path.pdf > 0.0f;
+  const auto add = [&](MetLight& light) {
+    if (layers_) layers_->emitted(e, light);
+    batch_.add_radiance(light.arriving * e.path.beta, e.path.slot, light.lanes);
   };
-  if (const Mask lit = e.hit & (surface.light >= 0); any(lit)) {
-    Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit) *
-                        weight(surface.light, surface.p, surface.ng, lit);
-    if (scene_.lights.any_interpolated) {
-      radiance *= interpolated_normal_factor(scene_.lights, surface.light, surface, e.vertex.wo,
-                                             length(surface.p - path.origin), path.pdf, lit);
-    }
-    batch_.add_radiance(radiance * path.beta, path.slot, lit);
-    if (tells_layers(scene_)) {
-      const Int layers = layers_at_light(scene_.layers, path.layer_state, surface.light, lit);
-      batch_.add_to_layers(radiance * path.beta, layers, path.slot, lit);
-    }
+  if (const Mask lit = e.on_surface & (e.vertex.surface.light >= 0); any(lit)) {
+    MetLight light = lamps_met(scene_, e, lit, lit & shared);
+    interpolate_normals(scene_, e, light);
+    add(light);
   }
-  const Mask missed = and_not(active, e.hit);
-  if (none(missed)) return;
-  for (const std::int32_t light : scene_.lights.infinite_lights) {
-    const Spectrum radiance =
-        environment_radiance(scene_.lights, light, path.origin, path.direction, missed) *
-        weight(Int(light), path.origin, path.direction, missed);
-    batch_.add_radiance(radiance * path.beta, path.slot, missed);
-    if (tells_layers(scene_)) {
-      const Int layers = layers_at_light(scene_.layers, path.layer_state, Int(light), missed);
-      batch_.add_to_layers(radiance * path.beta, layers, path.slot, missed);
-    }
+  if (none(e.missed)) return;
+  for (const std::int32_t number : scene_.lights.infinite_lights) {
+    MetLight light = sky_met(scene_, e, number, e.missed & shared);
+    add(light);
   }
 }
 
-void PhotonMapper::sample_one_light(const Event& e, Mask wanted) {
+void PhotonMapper::sample_one_light(const Encounter& e, Mask wanted) {
   if (!samples_lights(scene_.lights)) return;
   const Vertex& v = e.vertex;
-  const Receiver here = receiver_at(scene_, v);
-  const auto [choice, light] = choose_light(scene_.lights, here, e.random(dimension::kLightPoint),
-                                            e.random(dimension::kChoice).x, wanted);
-  const Mask reachable = choice.picked & light.valid;
+  const auto [choice, sample] =
+      choose_light(scene_.lights, receiver_at(scene_, v), e.random(dimension::kLightPoint),
+                   e.random(dimension::kChoice).x, wanted);
+  const Mask reachable = choice.picked & sample.valid;
   if (none(reachable)) return;
-  const BsdfEval bsdf = eval_bsdf(v.at, v.wo, light.wi, reachable);
-  const Float pdf = select(reachable, light.pdf * choice.pmf, Float(1.0f));
+  const BsdfEval bsdf = eval_bsdf(v.at, v.wo, sample.wi, reachable);
+  const Float pdf = sample.pdf * choice.pmf;
   // Paths that are followed find the light, too, if it is not from a single direction.
-  const Mask shared = and_not(is_focused(bsdf.pdf), light.delta);
+  const Mask shared = and_not(is_focused(bsdf.pdf), sample.delta);
   const Float weight = select(shared, power_heuristic(pdf, bsdf.pdf), Float(1.0f));
-  Spectrum contribution = e.path.beta * bsdf.f_cos * light.radiance * (weight / pdf);
-  if (scene_.lights.any_interpolated) {
-    contribution *=
-        interpolated_normal_factor(scene_.lights, choice.light, v.surface.p, light, bsdf.pdf, reachable);
-  }
-  const Mask shines = and_not(reachable, is_black(contribution));
-  WideConnection ray = connect(scene_, v, light.wi, fma(light.wi, light.distance, v.surface.p), shines);
-  ray.contribution = contribution;
-  ray.slot = e.path.slot;
-  if (tells_layers(scene_)) {
-    const Int state = state_after(scene_, v, e.path.layer_state, v.wo, light.wi, Mask::none(),
-                                  {e.sampler, e.depth, true}, shines);
-    ray.layers = layers_at_light(scene_.layers, state, choice.light, shines);
-  }
-  shadows_.size += append(scene_, ray, shines, shadows_, shadows_.size);
+  SampledLight light =
+      light_sampled(scene_, batch_, e, choice.light, sample, pdf, weight, bsdf.f_cos, reachable);
+  interpolate_normals(scene_, e, bsdf.pdf, light);
+  if (layers_) layers_->lit(e, light);
+  const Mask shines = and_not(reachable, is_black(light.ray.contribution));
+  shadows_.size += append(scene_, light.ray, shines, shadows_, shadows_.size);
 }
 
-void PhotonMapper::gather(const Kind& kind, const Event& e, Mask wanted) {
+void PhotonMapper::gather(const Kind& kind, const Encounter& e, Mask wanted) {
   if (kind.map.size() == 0) return;
   const InnerStageTimer timer(stats_.times, Stage::kGather, Stage::kShading);
   const int depth_end = scene_.max_depth - e.depth;
@@ -250,7 +208,7 @@ void PhotonMapper::gather(const Kind& kind, const Event& e, Mask wanted) {
     batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, seen);
     return;
   }
-  GatheredLayers layers{scene_, e.path.layer_state, {e.sampler, e.depth, true}, {}};
+  GatheredLayers layers{scene_, e.path.layer_state, {e.numbers, e.depth, true}, {}};
   const Spectrum radiance =
       radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, &layers, drawn);
   const Mask seen = sees(e, drawn, kind.radius, and_not(wanted, is_black(radiance)));
@@ -259,7 +217,7 @@ void PhotonMapper::gather(const Kind& kind, const Event& e, Mask wanted) {
   batch_.add_to_layers(layers.sums, e.path.slot, seen);
 }
 
-Mask PhotonMapper::sees(const Event& e, const DrawnPhoton& photon, float radius, Mask wanted) {
+Mask PhotonMapper::sees(const Encounter& e, const DrawnPhoton& photon, float radius, Mask wanted) {
   if (none(wanted)) return wanted;
   // Above the plane of the surface, since bulges are no walls, and before what caught the photon.
   const Float back =
@@ -283,18 +241,20 @@ Mask PhotonMapper::sees(const Event& e, const DrawnPhoton& photon, float radius,
   return Mask::from_bits(seen);
 }
 
-void PhotonMapper::follow(const Event& e, int& kept) {
+void PhotonMapper::follow(const Encounter& e, int& kept) {
   const Vertex& v = e.vertex;
   // Nothing that is scattered evenly is followed.
-  const Mask even = e.hit & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kMixed) == 0);
-  const Mask wanted = and_not(e.hit, even);
+  const Mask even = e.on_surface & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kMixed) == 0);
+  const Mask wanted = and_not(e.on_surface, even);
   if (none(wanted)) return;
   const BsdfSample bsdf =
       sample_bsdf(v.at, v.wo, e.random(dimension::kChoice).y, e.random(dimension::kBsdfDirection), wanted);
-  Mask alive = wanted & bsdf.valid;
-  if (const Mask spread = and_not(alive, bsdf.specular); any(spread))
-    alive = and_not(alive, and_not(spread, is_focused(eval_bsdf(v.at, v.wo, bsdf.wi, spread).pdf)));
-  WidePath next;
+  Scattering s(wanted);
+  s.bsdf = bsdf;
+  s.alive = wanted & bsdf.valid;
+  if (const Mask spread = and_not(s.alive, bsdf.specular); any(spread))
+    s.alive = and_not(s.alive, and_not(spread, is_focused(eval_bsdf(v.at, v.wo, bsdf.wi, spread).pdf)));
+  WidePath& next = s.next;
   next.origin = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight;
@@ -304,25 +264,18 @@ void PhotonMapper::follow(const Event& e, int& kept) {
   next.slot = e.path.slot;
   if (scene_.lights.uses_normals) next.normal = receiver_at(scene_, v).normal;
   next.time = v.time;
-  alive = and_not(alive, is_black(next.beta));
-  if (tells_layers(scene_)) {
-    next.layer_state = state_after(scene_, v, e.path.layer_state, v.wo, bsdf.wi, bsdf.specular,
-                                   {e.sampler, e.depth, false}, alive);
-  }
+  s.alive = and_not(s.alive, is_black(next.beta));
+  if (layers_) layers_->scattered(e, s);
   if (e.depth > kRouletteStart)
-    alive &= survive_roulette(next.beta, next.roulette_scale, e.random(dimension::kRoulette).x);
+    s.alive &= survive_roulette(next.beta, next.roulette_scale, e.roulette_number(scene_));
 
   // Entries are read 16 at a time before they are overwritten, and never move up.
-  kept += append(scene_, next, alive, paths_, kept);
+  kept += append(scene_, next, s.alive, paths_, kept);
 }
 
 void PhotonMapper::trace_shadow_rays() {
   const StageTimer timer(stats_.times, Stage::kShadow);
-  const float* const times = scene_.any_motion ? shadows_.time : nullptr;
-  rays_.occluded(arrays_of(shadows_.origin, shadows_.direction, times), shadows_.size, shadows_.distance);
-  stats_.shadow_rays += static_cast<std::uint64_t>(shadows_.size);
-  batch_.add_contributions(shadows_);
-  shadows_.size = 0;
+  batch_.trace(shadows_);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

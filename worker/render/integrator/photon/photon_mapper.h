@@ -11,15 +11,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <stop_token>
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/photon/radiance_estimate.h"
+#include "render/integrator/vertex/layer_observer.h"
 #include "render/integrator/vertex/light_paths.h"
-#include "render/integrator/vertex/path_state.h"
 #include "render/integrator/vertex/sample_batch.h"
-#include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -42,21 +42,6 @@ class PhotonMapper final : public Integrator {
     RadianceMap map = {};
   };
 
-  /// Sixteen paths from the eye.
-  struct Event {
-    WidePath path;
-    Sampler sampler;
-    int depth;  // events before
-    Mask hit;
-    Vertex vertex;
-
-    Event(const WidePath& wide_path, const Sampler& numbers, int events)
-        : path(wide_path), sampler(numbers), depth(events), hit(Mask::none()) {}
-    Vec2 random(int pair) const {
-      return sampler.get_2d(dimension::kFirstEvent + depth * dimension::kPairsPerEvent + pair);
-    }
-  };
-
   bool trace_photons(std::uint32_t pass, std::stop_token stop);
   void keep_photons(const LightEvent& e, Mask hit, int depth);
   /// Lanes of photons `names`, numbers of their own, that are among those kept.
@@ -64,12 +49,12 @@ class PhotonMapper final : public Integrator {
 
   void advance(int depth);
   void find_points(int depth);
-  void add_emission(const Event& e, Mask active);
-  void sample_one_light(const Event& e, Mask wanted);
-  void gather(const Kind& kind, const Event& e, Mask wanted);
+  void add_emission(const Encounter& e);
+  void sample_one_light(const Encounter& e, Mask wanted);
+  void gather(const Kind& kind, const Encounter& e, Mask wanted);
   /// Lanes that see a place on the last flight of their photon, drawn within a few radii of its end.
-  Mask sees(const Event& e, const DrawnPhoton& photon, float radius, Mask wanted);
-  void follow(const Event& e, int& kept);
+  Mask sees(const Encounter& e, const DrawnPhoton& photon, float radius, Mask wanted);
+  void follow(const Encounter& e, int& kept);
   void trace_shadow_rays();
 
   const SceneTables& scene_;
@@ -88,7 +73,8 @@ class PhotonMapper final : public Integrator {
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
-  ConnectionQueue shadows_, ways_;  // to lights; to photons
+  ConnectionQueue shadows_, ways_;              // to lights; to photons
+  const std::unique_ptr<PathObserver> layers_;  // null where there are none
 };
 
 }  // namespace tessera::render::TESSERA_ISA

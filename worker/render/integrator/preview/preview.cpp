@@ -110,8 +110,7 @@ void Preview::shade(int first) {
     batch_.add_radiance(radiance, path.slot, lit);
   }
   interact(scene_, v.surface, v.wo, Float(0.5f), hit, v.at);
-  batch_.record_first_hit(v, found.t, path.slot, hit);
-  if (scene_.aovs.of_hits()) batch_.record_hit(found, path.slot, hit);
+  batch_.record_first_hit(v, found, path.slot, hit);
   batch_.add_radiance(reflected(v, path.slot, hit), path.slot, hit);
 }
 

@@ -3,9 +3,7 @@
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/radiosity/phases.h"
-#include "render/integrator/vertex/path_state.h"
-#include "render/integrator/vertex/sample_batch.h"
-#include "render/integrator/vertex/vertex.h"
+#include "render/integrator/vertex/encounter.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -19,14 +17,11 @@ class Radiosity final : public Integrator {
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  struct Point;
-
   void meet(int depth);
-  void add_emission(const Point& point, Mask active);
-  Mask add_patches(const Point& point, Mask wanted, bool seen_directly);
-  void add_light(const Point& point, Mask wanted, int depth);
-  void scatter(const Point& point, Mask wanted, int depth, int& kept);
-  Vec2 random(const Point& point, int pair) const;
+  void add_emission(const Encounter& e);
+  Mask add_patches(const Encounter& e, Mask wanted, bool seen_directly);
+  void add_light(const Encounter& e, Mask wanted);
+  void scatter(const Encounter& e, Mask wanted, int& kept);
 
   const SceneTables& scene_;
   const RayQuery& rays_;

@@ -207,7 +207,10 @@ void SampleBatch::add_to_layers(const LayerSums& sums, Int slot, Mask lanes) {
   });
 }
 
-void SampleBatch::add_contributions(const ConnectionQueue& queue) {
+void SampleBatch::trace(ConnectionQueue& queue) {
+  const float* const times = scene_.any_motion ? queue.time : nullptr;
+  rays_.occluded(arrays_of(queue.origin, queue.direction, times), queue.size, queue.distance);
+  stats_.shadow_rays += static_cast<std::uint64_t>(queue.size);
   const auto add = [&](int i) {
     const std::int32_t slot = queue.slot[i];
     for (int c = 0; c < kSpectrumLanes; ++c) radiance_.c[c][slot] += queue.contribution.c[c][i];
@@ -228,17 +231,17 @@ void SampleBatch::add_contributions(const ConnectionQueue& queue) {
     const std::uint32_t arrived = and_not(Mask::first(queue.size - first), blocked).bits();
     for (std::uint32_t bits = arrived; bits != 0; bits &= bits - 1) add(first + std::countr_zero(bits));
   }
+  queue.size = 0;
 }
 
-void SampleBatch::record_first_hit(const Vertex& v, Float t, Int slot, Mask hit) {
-  scatter(Float(1.0f), coverage_, slot, hit);
-  if (scene_.aovs.depth) scatter(t, depth_, slot, hit);
-  if (scene_.aovs.normal) scatter_lanes(face_forward(v.at.frame.z, v.wo), normal_, slot, hit);
-  if (scene_.aovs.albedo) scatter_lanes(albedo_of(v.at, hit), albedo_, slot, hit);
-  if (first_hits_) first_hits_->record(v, slot, hit);
-}
-
-void SampleBatch::record_hit(const Hit& found, Int slot, Mask hit) {
+void SampleBatch::record_first_hit(const Vertex& v, const Hit& found, Int slot, Mask met) {
+  scatter(Float(1.0f), coverage_, slot, met);
+  if (scene_.aovs.depth) scatter(found.t, depth_, slot, met);
+  if (scene_.aovs.normal) scatter_lanes(face_forward(v.at.frame.z, v.wo), normal_, slot, met);
+  if (scene_.aovs.albedo) scatter_lanes(albedo_of(v.at, met), albedo_, slot, met);
+  if (first_hits_) first_hits_->record(v, slot, met);
+  if (!scene_.aovs.of_hits()) return;
+  const Mask hit = and_not(met, v.in_medium);
   record_ids(found, slot, hit);
   if (first_hits_ == nullptr) return;
   first_hits_->record_hit(found, gather(shape_id_, slot, hit), gather(instance_id_, slot, hit), slot, hit);

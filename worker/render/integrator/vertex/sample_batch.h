@@ -112,13 +112,21 @@ class SampleBatch {
   }
   /// The same, for each layer its sum.
   void add_to_layers(const LayerSums& sums, Int slot, Mask lanes);
-  /// The same, for those of the queue that nothing is in the way of.
-  void add_contributions(const ConnectionQueue& queue);
+  /// radiance += contribution, and the same for its layers, for rays of samples that are all different.
+  void add_contribution(const WideConnection& ray, Mask arrived) {
+    add_radiance(ray.contribution, ray.slot, arrived);
+    if (!layers_.empty()) add_to_layers(ray, arrived);
+  }
+  /// The same, for those of the queue that nothing is in the way of, which samples may share; empties it.
+  void trace(ConnectionQueue& queue);
+  /// Makes the ray one of these samples.
+  void name(WideConnection& ray, Int slot, Mask lanes) const {
+    ray.slot = slot;
+    if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(key(slot, lanes));
+  }
 
-  /// Records the first hits of these samples' camera rays, at a distance of `t`.
-  void record_first_hit(const Vertex& v, Float t, Int slot, Mask hit);
-  /// Records which shapes and instances they are of, after record_first_hit(); for AovRequest::of_hits().
-  void record_hit(const Hit& found, Int slot, Mask hit);
+  /// Records what these samples' camera rays met first, on surfaces or in media.
+  void record_first_hit(const Vertex& v, const Hit& found, Int slot, Mask met);
 
  private:
   void record_ids(const Hit& found, Int slot, Mask hit);

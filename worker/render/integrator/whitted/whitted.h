@@ -8,10 +8,8 @@
 #include <vector>
 
 #include "render/integrator/integrator.h"
-#include "render/integrator/vertex/path_state.h"
+#include "render/integrator/vertex/layer_observer.h"
 #include "render/integrator/vertex/sample_batch.h"
-#include "render/integrator/vertex/shadow_layers.h"
-#include "render/integrator/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -29,18 +27,14 @@ class Whitted final : public Integrator {
         max_depth_(std::min(max_depth, kDeepest)),
         follows_(mirrors == Mirrors::kFollowed),
         batch_(context),
-        shadow_layers_(make_shadow_layers(context)),
-        points_(kBatch / kWidth) {}
+        layers_(make_layer_observer(context, batch_)) {
+    if (layers_) observers_.push_back(layers_.get());
+    points_.reserve(kBatch / kWidth);
+  }
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  /// Sixteen points that rays have hit.
-  struct Point {
-    WidePath path;
-    Vertex vertex;
-    Mask hit = Mask::none();
-  };
   /// Between mirrors that lose nothing only this ends the recursion, each level of which keeps 170 KB.
   static constexpr std::int32_t kDeepest = 100;
   /// The rays that one level of the recursion sends to the next.
@@ -48,17 +42,12 @@ class Whitted final : public Integrator {
     PathState reflected, refracted;
   };
 
-  /// A pair of random numbers of the points' samples.
-  Vec2 random(const Point& point, int pair) const {
-    return batch_.sampler(point.path.slot, point.hit).get_2d(pair);
-  }
-
   /// Adds the radiance along the first `n` rays to their samples. False when it was stopped before the end.
   bool trace(const PathState& rays, int n, int depth, const std::stop_token& stop);
   void find_points(const PathState& rays, int n, int depth);
-  void add_emission(const Point& point, Mask active);
-  void add_light(std::int32_t light, int depth);
-  void follow(int depth, Level& next, int& reflected, int& refracted) const;
+  void add_emission(const Encounter& e);
+  void add_light(std::int32_t number, int depth);
+  void follow(Level& next, int& reflected, int& refracted) const;
 
   const SceneTables& scene_;
   const RayQuery& rays_;
@@ -66,11 +55,11 @@ class Whitted final : public Integrator {
   const std::int32_t max_depth_;
   const bool follows_;  // reflected and refracted rays
   SampleBatch batch_;
-  const std::unique_ptr<ShadowLayers> shadow_layers_;  // where some layer is of shadows
+  const std::unique_ptr<PathObserver> layers_;  // null where there are none
+  std::vector<PathObserver*> observers_;
   PathState camera_rays_;
   HitState hits_;
-  std::vector<Point> points_;  // of the rays that are traced
-  int packets_ = 0;            // of those
+  std::vector<Encounter> points_;  // of the rays that are traced
   ConnectionQueue shadows_;
   std::vector<std::unique_ptr<Level>> levels_;
 };
