@@ -10,17 +10,12 @@ namespace tessera::render::TESSERA_ISA {
 bool AmbientOcclusion::render(SampleSource& work, Film& film, std::stop_token stop) {
   while (batch_.start(work, camera_rays_)) {
     if (stop.stop_requested()) return false;
-    intersect();
+    batch_.find_hits(camera_rays_, batch_.size(), 0, hits_);
     look_around();
     trace();
     batch_.finish(film, true);
   }
   return true;
-}
-
-void AmbientOcclusion::intersect() {
-  const StageTimer timer(stats_.times, Stage::kIntersection);
-  find_hits(scene_, rays_, camera_rays_, batch_.size(), 0, PathOrder::kNeighbours, hits_);
 }
 
 void AmbientOcclusion::look_around() {

@@ -14,18 +14,16 @@ namespace tessera::render::TESSERA_ISA {
 class AmbientOcclusion final : public Integrator {
  public:
   explicit AmbientOcclusion(const IntegratorContext& context)
-      : scene_(context.scene), rays_(context.rays), stats_(context.stats), batch_(context) {}
+      : scene_(context.scene), stats_(context.stats), batch_(context) {}
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  void intersect();
   /// Sends a ray from each point that was hit, in a direction drawn by its cosine; it carries white.
   void look_around();
   void trace();
 
   const SceneTables& scene_;
-  const RayQuery& rays_;
   RenderStats& stats_;
   SampleBatch batch_;
   PathState camera_rays_;

@@ -11,7 +11,6 @@ namespace tessera::render::TESSERA_ISA {
 Bidirectional::Bidirectional(const IntegratorContext& context, StrategyFilter filter,
                              std::unique_ptr<Merging> merging)
     : scene_(context.scene),
-      rays_(context.rays),
       seed_(context.seed),
       stats_(context.stats),
       filter_(filter),
@@ -96,8 +95,7 @@ bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& 
 }
 
 void Bidirectional::advance(int depth) {
-  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(frontier_.size());
-  intersect(depth);
+  batch_.find_hits(frontier_.paths, frontier_.size(), depth, frontier_.hits);
   if (scene_.volumetric) {
     const StageTimer timer(stats_.times, Stage::kTransit);
     transit_.move(frontier_.paths, frontier_.hits, frontier_.size(), depth,
@@ -106,11 +104,6 @@ void Bidirectional::advance(int depth) {
   shade(depth);
   trace_joins(depth);
   if (shadow_layers_) shadow_layers_->trace(batch_, depth);
-}
-
-void Bidirectional::intersect(int depth) {
-  const StageTimer timer(stats_.times, Stage::kIntersection);
-  find_hits(scene_, rays_, frontier_.paths, frontier_.size(), depth, PathOrder::kNeighbours, frontier_.hits);
 }
 
 void Bidirectional::shade(int depth) {

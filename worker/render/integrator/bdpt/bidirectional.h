@@ -43,7 +43,6 @@ class Bidirectional final : public Integrator {
   /// Vertices that subpaths from lights have and merging catches, in the mean.
   double photons_a_path();
   void advance(int depth);
-  void intersect(int depth);
   void shade(int depth);
   void shade_packet(int packet, int depth);
 
@@ -70,7 +69,6 @@ class Bidirectional final : public Integrator {
   void trace_joins(int depth);
 
   const SceneTables& scene_;
-  const RayQuery& rays_;
   const std::uint64_t seed_;  // of the sampler
   RenderStats& stats_;
   const StrategyFilter filter_;

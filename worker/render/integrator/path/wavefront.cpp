@@ -11,7 +11,6 @@ Wavefront::Wavefront(const IntegratorContext& context, std::int32_t max_depth)
       scene_(context.scene),
       stats_(context.stats),
       batch_(context),
-      rays_(context.rays),
       max_depth_(max_depth),
       transit_(context),
       layers_(make_layer_observer(context, batch_)),
@@ -41,8 +40,7 @@ void Wavefront::trace(int depth, int n) {
 }
 
 void Wavefront::advance(int depth) {
-  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  intersect(depth);
+  batch_.find_hits(paths_, alive_, depth, hits_);
   if (scene_.paths_pass) {
     const StageTimer timer(stats_.times, Stage::kTransit);
     transit_.move(paths_, hits_, alive_, depth, {batch_.keys(), dimension::kFlight, 0}, &batch_);
@@ -64,12 +62,6 @@ void Wavefront::trace_to_lights(int depth) {
   // The nearest hits of the paths are no longer needed: their arrays serve the shadow rays.
   transit_.march(Passenger::kLight, shadows_, hits_, depth,
                  [&](const WideConnection& ray, Mask arrived) { batch_.add_contribution(ray, arrived); });
-}
-
-void Wavefront::intersect(int depth) {
-  const StageTimer timer(stats_.times, Stage::kIntersection);
-  find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
-  if (depth == 0) batch_.miss_unsampled(hits_);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

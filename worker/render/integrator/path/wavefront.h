@@ -43,7 +43,6 @@ class Wavefront : public Integrator {
 
  private:
   void advance(int depth);
-  void intersect(int depth);
   void shade(int depth);
   /// Copies paths and hits into sorted_, those of one shading group together.
   void sort_by_group();
@@ -63,7 +62,6 @@ class Wavefront : public Integrator {
     alignas(64) Lanes<std::int32_t> order;  // of those entries
   };
 
-  const RayQuery& rays_;
   ShadingTimer shading_timer_{stats_.times};
   const std::int32_t max_depth_;
   int alive_ = 0;

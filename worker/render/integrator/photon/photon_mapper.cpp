@@ -120,7 +120,7 @@ Mask PhotonMapper::are_kept(UInt names) const { return (hash(names) & ((1u << ha
 // ---------------------------------------------------------------- paths from the eye
 
 void PhotonMapper::advance(int depth) {
-  find_points(depth);
+  batch_.find_hits(paths_, alive_, depth, hits_);
   {
     const StageTimer timer(stats_.times, Stage::kShading);
     int kept = 0;
@@ -144,12 +144,6 @@ void PhotonMapper::advance(int depth) {
     alive_ = kept;
   }
   trace_shadow_rays();
-}
-
-void PhotonMapper::find_points(int depth) {
-  const StageTimer timer(stats_.times, Stage::kIntersection);
-  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
 }
 
 void PhotonMapper::add_emission(const Encounter& e) {

@@ -48,7 +48,6 @@ class PhotonMapper final : public Integrator {
   Mask are_kept(UInt names) const;
 
   void advance(int depth);
-  void find_points(int depth);
   void add_emission(const Encounter& e);
   void sample_one_light(const Encounter& e, Mask wanted);
   void gather(const Kind& kind, const Encounter& e, Mask wanted);

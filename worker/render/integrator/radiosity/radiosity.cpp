@@ -21,7 +21,6 @@ constexpr int kMostNear = 8;
 
 Radiosity::Radiosity(const IntegratorContext& context)
     : scene_(context.scene),
-      rays_(context.rays),
       stats_(context.stats),
       solved_(*static_cast<const radiosity::Solved*>(context.prepared)),
       batch_(context) {}
@@ -37,11 +36,7 @@ bool Radiosity::render(SampleSource& work, Film& film, std::stop_token stop) {
 }
 
 void Radiosity::meet(int depth) {
-  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(alive_);
-  {
-    const StageTimer timer(stats_.times, Stage::kIntersection);
-    find_hits(scene_, rays_, paths_, alive_, depth, PathOrder::kNeighbours, hits_);
-  }
+  batch_.find_hits(paths_, alive_, depth, hits_);
   const bool gather = scene_.radiosity.final_gather;
   int kept = 0;
   {

@@ -24,7 +24,6 @@ class Radiosity final : public Integrator {
   void scatter(const Encounter& e, Mask wanted, int& kept);
 
   const SceneTables& scene_;
-  const RayQuery& rays_;
   RenderStats& stats_;
   const radiosity::Solved& solved_;
   SampleBatch batch_;

@@ -1,4 +1,4 @@
-// Light that paths come to, as the samples of lights that could have found it weigh it.
+// Light that paths come to, as the samples of lights that could have found it weigh it, and those samples.
 #pragma once
 
 #include "render/integrator/vertex/path_observer.h"
@@ -56,6 +56,24 @@ TESSERA_INLINE MetLight sky_met(const SceneTables& scene, const Encounter& e, st
       .weighed = weighed};
   weigh(scene, e, e.reference.p, e.path.direction, light);
   return light;
+}
+
+/// Light that comes to the encounter by `sample` if nothing is between; `f_cos` as in BsdfEval. The ray ends
+/// just before the light: the offset of a large surface may exceed the light's own margin, and would then
+/// make the light shadow itself.
+TESSERA_INLINE SampledLight light_sampled(const SceneTables& scene, const SampleBatch& batch,
+                                          const Encounter& e, Int light, const LightSample& sample, Float pdf,
+                                          Float weight, Spectrum f_cos, Mask lanes) {
+  const Vec3 end = fma(sample.wi, sample.distance, e.vertex.surface.p);
+  SampledLight result{.light = light,
+                      .sample = sample,
+                      .pdf = pdf,
+                      .weight = weight,
+                      .lanes = lanes,
+                      .ray = connect(scene, e.vertex, sample.wi, end, lanes)};
+  result.ray.contribution = e.path.beta * f_cos * sample.radiance * (weight / select(lanes, pdf, 1.0f));
+  batch.name(result.ray, e.path.slot, lanes);
+  return result;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -28,24 +28,6 @@ struct SampledLight {
   WideConnection ray;  // with the light's contribution, which may be changed
 };
 
-/// Light that comes to the encounter by `sample` if nothing is between; `f_cos` as in BsdfEval. The ray ends
-/// just before the light: the offset of a large surface may exceed the light's own margin, and would then
-/// make the light shadow itself.
-TESSERA_INLINE SampledLight light_sampled(const SceneTables& scene, const SampleBatch& batch,
-                                          const Encounter& e, Int light, const LightSample& sample, Float pdf,
-                                          Float weight, Spectrum f_cos, Mask lanes) {
-  const Vec3 end = fma(sample.wi, sample.distance, e.vertex.surface.p);
-  SampledLight result{.light = light,
-                      .sample = sample,
-                      .pdf = pdf,
-                      .weight = weight,
-                      .lanes = lanes,
-                      .ray = connect(scene, e.vertex, sample.wi, end, lanes)};
-  result.ray.contribution = e.path.beta * f_cos * sample.radiance * (weight / select(lanes, pdf, 1.0f));
-  batch.name(result.ray, e.path.slot, lanes);
-  return result;
-}
-
 /// Paths on their way to what they meet next.
 struct Scattering {
   Mask lanes;  // that are scattered

@@ -136,6 +136,13 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
   return size_ > 0;
 }
 
+void SampleBatch::find_hits(const PathState& paths, int n, int depth, HitState& hits) {
+  const StageTimer timer(stats_.times, Stage::kIntersection);
+  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(n);
+  TESSERA_ISA::find_hits(scene_, rays_, paths, n, depth, PathOrder::kNeighbours, hits);
+  if (depth == 0) miss_unsampled(hits);
+}
+
 void SampleBatch::miss_unsampled(HitState& hits) const {
   for (int i = 0; i < size_; ++i) {
     if (names_[i].stream == kUnsampled) hits.shape[i] = -1;

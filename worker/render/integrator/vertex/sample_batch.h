@@ -59,8 +59,9 @@ class SampleBatch {
   /// its own. False when nothing more is wanted.
   bool start(SampleSource& source, PathState& paths, int most = kBatch,
              SamplePlaces places = SamplePlaces::kRandom, std::optional<float> time = std::nullopt);
-  /// Misses in place of the hits of camera rays that nobody samples (kUnsampled).
-  void miss_unsampled(HitState& hits) const;
+  /// Finds what the first `n` paths meet after `depth` events: find_hits() of neighbours, timed and counted,
+  /// in which camera rays that nobody samples (kUnsampled) miss.
+  void find_hits(const PathState& paths, int n, int depth, HitState& hits);
   /// Begins `n` samples that are none of the film's: number `first` of the sequence of `key`, and those after
   /// it.
   void start(std::uint32_t key, std::uint32_t first, int n);
@@ -129,6 +130,7 @@ class SampleBatch {
   void record_first_hit(const Vertex& v, const Hit& found, Int slot, Mask met);
 
  private:
+  void miss_unsampled(HitState& hits) const;
   void record_ids(const Hit& found, Int slot, Mask hit);
   void name_next(SampleSource& source, int most);
   /// Counts what the camera rays visit, by a search of their own: all algorithms have it alike.

@@ -42,11 +42,7 @@ bool Whitted::trace(const PathState& rays, int n, int depth, const std::stop_tok
 }
 
 void Whitted::find_points(const PathState& rays, int n, int depth) {
-  if (depth > 0) stats_.bounce_rays += static_cast<std::uint64_t>(n);
-  {
-    const StageTimer timer(stats_.times, Stage::kIntersection);
-    find_hits(scene_, rays_, rays, n, depth, PathOrder::kNeighbours, hits_);
-  }
+  batch_.find_hits(rays, n, depth, hits_);
   const StageTimer timer(stats_.times, Stage::kShading);
   points_.clear();
   for (int i = 0; i < n; i += kWidth) {

@@ -22,7 +22,6 @@ class Whitted final : public Integrator {
   /// `max_depth`: hits on a path that are lit, kDeepest at most. Ray casting is one, with black mirrors.
   Whitted(const IntegratorContext& context, std::int32_t max_depth, Mirrors mirrors)
       : scene_(context.scene),
-        rays_(context.rays),
         stats_(context.stats),
         max_depth_(std::min(max_depth, kDeepest)),
         follows_(mirrors == Mirrors::kFollowed),
@@ -50,7 +49,6 @@ class Whitted final : public Integrator {
   void follow(Level& next, int& reflected, int& refracted) const;
 
   const SceneTables& scene_;
-  const RayQuery& rays_;
   RenderStats& stats_;
   const std::int32_t max_depth_;
   const bool follows_;  // reflected and refracted rays
