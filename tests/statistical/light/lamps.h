@@ -179,6 +179,32 @@ inline Lamp quadric_lamp(std::string name, ShapeKind kind, QuadricRecord quadric
   return lamp;
 }
 
+/// A light of a point that is a sphere, seen as its two walls.
+inline Lamp soft_lamp(std::string name, LightKind kind, Point centre, float radius) {
+  Lamp lamp;
+  lamp.name = std::move(name);
+  lamp.centre = centre;
+  LightRecord& record = lamp.table.lights.emplace_back();
+  record.kind = kind;
+  record.radius = radius;
+  std::copy(kLampRadiance.begin(), kLampRadiance.end(), record.radiance);
+  const double p[] = {centre.x, centre.y, centre.z};
+  for (std::size_t c = 0; c < 3; ++c) record.position[c] = static_cast<float>(p[c]);
+  lamp.hits = [=](Point o, Point d) {
+    const double middle = dot(centre - o, d) / dot(d, d);
+    const double off = length(o + d * middle - centre), r = radius;
+    std::vector<LampHit> hits;
+    if (off > r) return hits;
+    const double half = std::sqrt((r - off) * (r + off) / dot(d, d));
+    for (const double t : {middle - half, middle + half}) {
+      const Point at = o + d * t;
+      if (t > 0) hits.push_back({t, at, unit(at - centre)});
+    }
+    return hits;
+  };
+  return lamp;
+}
+
 inline QuadricRecord sphere_record(float radius) {
   QuadricRecord q;
   q.radius = radius;

@@ -187,6 +187,15 @@ TEST(LightChi2, SphereFromInside) {
   check_all({{&inward, {1, 2, 3}}, {&inward, {1.5, 2.2, 1.9}}});
 }
 
+TEST(LightChi2, SoftPoint) {
+  const Lamp lamp = soft_lamp("soft point", LightKind::kSoftPoint, {1, 2, 3}, 0.8f);
+  check_all({{&lamp, {0, 0, 0}},
+             {&lamp, {1, 2, 2.15}},       // just above the surface
+             {&lamp, {1.3, 1.8, 2.7}},    // within it
+             {&lamp, {1, 2, 3}},          // at the centre
+             {&lamp, {-200, 100, 50}}});  // half-angle of a fifth of a degree
+}
+
 TEST(LightChi2, CutAndSqueezedSpheres) {
   // Points of view without a limb: there the density by area grows without bound, and the grid would not
   // integrate it.

@@ -207,6 +207,102 @@ TEST(LightIrradiance, PointAndSpot) {
   EXPECT_EQ(irradiance(hard, {2 * std::tan(std::acos(0.59)), 0, 0}, {0, 0, 1}, 16).mean[0], 0);
 }
 
+/// Irradiance under a sphere of radiance 1, `h` radii from its centre, on a surface whose normal has this
+/// angle with the direction to it, less than all of the sphere being above it [Snyder et al. 1998, after
+/// Lagarde & de Rousiers 2014].
+double cut_by_horizon(double h, double angle) {
+  const double x = std::sqrt(h * h - 1), y = -x / std::tan(angle), s = std::sin(angle);
+  const double root = std::sqrt(1 - y * y);
+  return (std::cos(angle) * std::acos(y) - x * s * root) / (h * h) + std::atan(s * root / x);
+}
+
+TEST(LightIrradiance, SoftPoint) {
+  const Point centre{1, 2, 3};
+  const double radius = 0.8;
+  const Lamp lamp = soft_lamp("soft point", LightKind::kSoftPoint, centre, 0.8f);
+  const auto turned = [](Point towards, double angle) {
+    const Point axis = unit(towards), across = unit(cross(axis, {1, 0, 0}));
+    return axis * std::cos(angle) + across * std::sin(angle);
+  };
+  for (const Point at : {Point{0, 0, 0}, Point{1, 2, 3.81}, Point{-900, 500, 3}}) {
+    SCOPED_TRACE(at.x);
+    const double h = length(centre - at) / radius, limb = std::asin(1 / h);
+    // All of it above the horizon, straight or tilted: the point's.
+    for (const double angle : {0.0, 0.9 * (kPi64 / 2 - limb)}) {
+      expect_irradiance(irradiance(lamp, at, turned(centre - at, angle)),
+                        std::cos(angle) / std::pow(h * radius, 2));
+    }
+    // Below it in part. Near to the surface, floats know the clearance to 1e-5 of it, and far away they know
+    // the angle to 1e-7, of a limb of 1e-3.
+    for (const double part : {-0.5, 0.0, 0.5}) {
+      const double angle = kPi64 / 2 + part * limb;
+      const double expected = cut_by_horizon(h, angle) / (kPi64 * radius * radius);
+      const Estimate e = irradiance(lamp, at, turned(centre - at, angle));
+      for (int c = 0; c < 3; ++c) {
+        EXPECT_NEAR(e.mean[c], kLampRadiance[c] * expected,
+                    5 * e.deviation[c] + 1e-3 * kLampRadiance[c] * expected);
+      }
+    }
+    // All of it below.
+    expect_irradiance(irradiance(lamp, at, turned(centre - at, kPi64 / 2 + 1.01 * limb)), 0);
+  }
+}
+
+TEST(LightIrradiance, WithinASoftPoint) {
+  // One wall, everywhere: of half of the radiance that is seen from outside.
+  const Lamp lamp = soft_lamp("soft point", LightKind::kSoftPoint, {1, 2, 3}, 2);
+  for (const Point at : {Point{1.5, 2.2, 1.9}, Point{1, 2, 3}})
+    expect_irradiance(irradiance(lamp, at, unit({0.3, 1, 0.2})), 1 / (2 * std::pow(2, 2)));
+}
+
+TEST(LightIrradiance, TinySoftLightsArePoints) {
+  for (const bool spot : {false, true}) {
+    LightRecord record;
+    record.kind = spot ? LightKind::kSpot : LightKind::kPoint;
+    record.position[2] = 2;
+    record.direction[2] = -1;
+    record.cos_outer = 0.6f;
+    record.cos_inner = 0.9f;
+    const Lamp point = delta_lamp(record);
+    record.kind = spot ? LightKind::kSoftSpot : LightKind::kSoftPoint;
+    for (const float radius : {1e-4f, 1e-9f, 1e-30f}) {
+      record.radius = radius;
+      const Lamp soft = delta_lamp(record);
+      for (const Point at : {Point{0, 0, 0}, Point{1.5, 0.3, -0.2}, Point{0, 0, 1.9}}) {
+        const Estimate expected = irradiance(point, at, {0, 0, 1}, 16),
+                       found = irradiance(soft, at, {0, 0, 1});
+        // Over a sphere, profiles differ from their middle by no more than their curvature, 100 at most,
+        // times the square of its angle: 1e-3 on the axis, where the profile is flat, 1e-4 elsewhere.
+        for (int c = 0; c < 3; ++c)
+          EXPECT_NEAR(found.mean[c], expected.mean[c], 5 * found.deviation[c] + 1e-5 * expected.mean[c]);
+      }
+    }
+  }
+}
+
+TEST(LightIrradiance, SoftSpot) {
+  // A hard cone of 45 degrees, held against the directions of rays: where the edge of the cone passes the
+  // sphere there is all of a point's light, or none.
+  LightRecord record;
+  record.kind = LightKind::kSoftSpot;
+  record.position[2] = 4;
+  record.direction[2] = -1;
+  record.radius = 0.5f;
+  record.cos_outer = record.cos_inner = std::sqrt(0.5f);
+  const Lamp spot = delta_lamp(record);
+  record.kind = LightKind::kSoftPoint;
+  const Lamp point = delta_lamp(record);
+  const auto part_at = [&](double x) {
+    return irradiance(spot, {x, 0, 0}, {0, 0, 1}).mean[0] / irradiance(point, {x, 0, 0}, {0, 0, 1}).mean[0];
+  };
+  // On the floor at x = 4 the edge goes through the centre; its rays pass the sphere beyond 0.5 * sqrt(2).
+  EXPECT_NEAR(part_at(0), 1, 1e-6);
+  EXPECT_NEAR(part_at(3.2), 1, 1e-6);
+  EXPECT_EQ(part_at(4.8), 0);
+  // Half of the sphere, but for 2 % by the receiver's cosine and 1 % by the curve of the cone.
+  EXPECT_NEAR(part_at(4), 0.5, 0.03);
+}
+
 TEST(LightIrradiance, Distant) {
   LightRecord record;
   record.kind = LightKind::kDistant;

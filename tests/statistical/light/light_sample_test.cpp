@@ -77,6 +77,69 @@ TEST(LightSample, AgreesWithItsLight) {
   check_samples(quad, {-30, 20, -10});
 }
 
+TEST(LightSample, SoftLightsAreSampledOnTheirSphere) {
+  const float radius = 0.8f;
+  for (const LightKind kind : {LightKind::kSoftPoint, LightKind::kSoftSpot}) {
+    Lamp lamp = soft_lamp("soft", kind, {1, 2, 3}, radius);
+    lamp.table.lights[0].cos_inner = lamp.table.lights[0].cos_outer = -1;  // a cone that is all directions
+    for (const Point reference :
+         {Point{0, 0, 0}, Point{1, 2, 2.15}, Point{1.3, 1.8, 2.7}, Point{1, 2, 3}, Point{-300, 200, 100}}) {
+      const bool outside = length(reference - lamp.centre) > radius;
+      Random random(6);
+      int near = 0, all = 0;
+      for (int i = 0; i < 4096; i += kWidth) {
+        const LightSample s =
+            sample_light(lamp.table, Int(0), wide(reference), random.next_2d(), Mask::all());
+        for (int l = 0; l < kWidth; ++l) {
+          ASSERT_TRUE(s.valid.bits() >> l & 1);
+          ASSERT_TRUE(s.delta.bits() >> l & 1);
+          ++all;
+          const double distance = s.distance.lane(l);
+          const std::vector<LampHit> hits = lamp.hits(reference, lane(s.wi, l));
+          if (hits.empty()) continue;  // within rounding of the outline
+          const LampHit& hit = std::abs(hits.front().t - distance) < std::abs(hits.back().t - distance)
+                                   ? hits.front()
+                                   : hits.back();
+          near += hits.size() == 2 && &hit == &hits.front();
+          const double cosine = std::abs(dot(hit.n, lane(s.wi, l)));
+          // Directions are off by some 2^-22, which moves a point along the ray by that times the distance
+          // over the cosine.
+          const double size = length(reference) + length(hit.p) + radius;
+          ASSERT_NEAR(distance, hit.t, 0x1p-19 * size * 1.8 / std::max(cosine, 1e-3));
+          // The cosine's square is off by the distance's share of rounding, in squares of the radius.
+          ASSERT_NEAR(s.cosine.lane(l) * s.cosine.lane(l), cosine * cosine, 1e-5 * size * size);
+        }
+      }
+      // Half of 4096 on the near wall: five standard deviations of 32.
+      EXPECT_NEAR(near, outside ? all / 2 : 0, outside ? 160 : 0);
+    }
+  }
+}
+
+TEST(LightSample, SoftLightsOfAnySizeAreFinite) {
+  Random random(8);
+  for (const float radius : {1e-30f, 1e-18f, 1e-9f, 1e9f, 1e18f, 1e20f, 1e30f}) {
+    for (const double distance : {1e-9, 1.0, 1e9}) {
+      const Lamp lamp = soft_lamp("soft", LightKind::kSoftPoint, {0, 0, 0}, radius);
+      const LightSample s =
+          sample_light(lamp.table, Int(0), wide({distance, 0, 0}), random.next_2d(), Mask::all());
+      const Float pdf =
+          light_pdf(lamp.table, Int(0), wide({distance, 0, 0}), s.wi, wide({}), wide({}), Mask::all());
+      // Floats hold no squares of such radii, and the light is as dark as 0.
+      EXPECT_EQ(any(s.valid), radius < 1e19f);
+      for (int l = 0; l < kWidth; ++l) {
+        EXPECT_TRUE(std::isfinite(s.wi.x.lane(l)));
+        EXPECT_EQ(pdf.lane(l), s.pdf.lane(l));
+        EXPECT_TRUE(s.pdf.lane(l) > 0 && std::isfinite(s.pdf.lane(l))) << radius << " " << distance;
+        if (!(s.valid.bits() >> l & 1)) continue;
+        EXPECT_TRUE(std::isfinite(s.radiance.c[0].lane(l)));
+        EXPECT_TRUE(s.distance.lane(l) >= 0 && std::isfinite(s.distance.lane(l)));
+        EXPECT_TRUE(s.cosine.lane(l) >= 0 && s.cosine.lane(l) <= 1.001f);
+      }
+    }
+  }
+}
+
 TEST(LightSample, EnvironmentRadianceAgreesWithSamples) {
   const Affine turned = placed({0, 0, 0}, {1, 1, -1}).affine();
   const Lamp octahedral = environment_lamp(

@@ -18,7 +18,7 @@ Point random_point(std::mt19937& random, double size) {
   return {x, y, u(random)};
 }
 
-/// Lamps of all kinds, 100 of them, in a box of size 2 about the origin; two at infinity.
+/// Lamps of all kinds, 110 of them, in a box of size 2 about the origin; two at infinity.
 Lamp many_lamps() {
   std::mt19937 random(4);
   std::vector<Point> vertices;
@@ -48,6 +48,12 @@ Lamp many_lamps() {
     LightRecord& spot = add(LightKind::kSpot);
     spot.cos_inner = 0.9f;
     spot.cos_outer = 0.7f;
+  }
+  for (int i = 0; i < 10; ++i) {
+    LightRecord& soft = add(i < 5 ? LightKind::kSoftPoint : LightKind::kSoftSpot);
+    soft.cos_inner = 0.9f;
+    soft.cos_outer = 0.7f;
+    soft.radius = 0.05f * static_cast<float>(i + 1);
   }
   add(LightKind::kDistant);
   add(LightKind::kDistant);

@@ -79,6 +79,15 @@ INSTANTIATE_TEST_SUITE_P(
                    R"(lights { spot { position { x: 0.5 y: -1 z: 2.5 } target { x: 0.1 z: 0.3 }
           intensity { constant: 9 } cone_angle_degrees: 35 cone_delta_degrees: 20 texture: 'checks'
             up { y: 1 } } })"),
+        light_case("SoftPoint", R"(lights { point { position { x: 0.5 y: -1 z: 2.5 }
+          intensity { rgb { r: 8 g: 6 b: 4 } } radius: 0.7 } })"),
+        // About the things and a part of the floor.
+        light_case("SoftPointAbout", R"(lights { point { position { x: 0.2 y: -0.4 z: 0.6 }
+          intensity { rgb { r: 3 g: 2 b: 1 } } radius: 1.1 } })"),
+        light_case("SoftSpotWithTexture",
+                   R"(lights { spot { position { x: 0.5 y: -1 z: 2.5 } target { x: 0.1 z: 0.3 }
+          intensity { constant: 9 } cone_angle_degrees: 35 cone_delta_degrees: 20 texture: 'checks'
+            up { y: 1 } radius: 0.4 } })"),
         light_case(
             "Distant",
             "lights { distant { direction { x: 0.5 y: 0.3 z: -1 } irradiance { rgb { r: 2 g: 3 b: 1 } } } }"),

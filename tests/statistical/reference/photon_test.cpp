@@ -237,6 +237,12 @@ INSTANTIATE_TEST_SUITE_P(
              .material =
                  "dielectric { eta { constant: 1.3 } roughness { u { constant: 0.4 } v { constant: 0.4 } } }",
              .error = 0.02},
+        Case{.name = "SoftPointThroughGlass",
+             .light = "lights { point { position { x: 0.5 y: -1 z: 2.5 } intensity { rgb { r: 8 g: 6 b: 4 } }"
+                      " radius: 0.5 } }",
+             .material =
+                 "dielectric { eta { constant: 1.3 } roughness { u { constant: 0.4 } v { constant: 0.4 } } }",
+             .error = 0.02},
         Case{.name = "LampThroughGlass",
              .light = kLamp,
              .material = "dielectric { eta { constant: 1.5 } }",

@@ -136,6 +136,9 @@ void expect_that_of_paths(const std::string& text, bool gather) {
 
 TEST(Radiosity, LightsOnNoSurfaceShineDirectly) {
   for (const bool gather : {false, true}) expect_that_of_paths(scene(absl::StrCat(kWall, kLamp)), gather);
+  std::string soft = kLamp;
+  soft.replace(soft.rfind("} }"), 0, "radius: 0.2 ");
+  for (const bool gather : {false, true}) expect_that_of_paths(scene(absl::StrCat(kWall, soft)), gather);
   // The sun's shadow has an edge, where patches are off (docs/decisions/0032-radiosity.md): it is gathered.
   expect_that_of_paths(
       scene(absl::StrCat(

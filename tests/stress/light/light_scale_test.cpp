@@ -61,7 +61,7 @@ double irradiance(const std::string& lights, double scale, const TestBlobs& blob
   return sum / 64 * kPi;
 }
 
-/// An emitter of radiance 1 and size `s`, 1 above the floor, all in units of `scale`.
+/// An emitter of radiance 1, as seen from outside, and size `s`, 1 above the floor, all in units of `scale`.
 struct Emitter {
   const char* name;
   std::function<std::string(double s, double scale)> scene;
@@ -109,6 +109,14 @@ std::vector<Emitter> emitters() {
          return kPi * s * s * (top - 1) / ((1 + s * s) * (top + s * s));
        },
        1e6},
+      {"soft point",
+       [](double s, double scale) {
+         const double r = s * scale;
+         return absl::StrCat("lights { point { position { z: ", r + scale, " } radius: ", r,
+                             " intensity { constant: ", kPi * r, " } } scale: ", r, " } ");
+       },
+       // That of the sphere.
+       [](double s) { return kPi * std::pow(s / (1 + s), 2); }, 1e5},
   };
 }
 
@@ -143,7 +151,7 @@ TEST(LightScale, EmittersOfAnySizeInScenesOfAnySize) {
 TEST(LightScale, RoundLightsAMillionTimesFartherThanLarge) {
   const std::vector<Emitter> all = emitters();
   for (const double scale : {1e-6, 1.0, 1e6}) {
-    for (const std::size_t i : {0, 1}) {
+    for (const std::size_t i : {0, 1, 4}) {
       const double s = 1e-6, expected = all[i].irradiance(s);
       EXPECT_NEAR(irradiance(all[i].scene(s, scale), scale), expected, kScaleTolerance * expected)
           << all[i].name << ", scene of size " << scale;

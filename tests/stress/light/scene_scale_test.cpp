@@ -40,7 +40,7 @@ std::string matrix(double size, const double (&axes)[3][3], const double (&place
   return text + "0,0,0,1] }";
 }
 
-enum class Lamp { kSquare, kPoint };
+enum class Lamp { kSquare, kPoint, kSoft };
 
 /// Contents of the room.
 struct Room {
@@ -101,7 +101,8 @@ std::string room_text(double size, const Room& room) {
          (room.lamp == Lamp::kSquare
               ? shape("white", kLamp, {0, 0, 3}, " area_light { radiance { constant: 4 } }")
               : absl::StrCat("lights { point { position { z: ", exact(3 * size),
-                             " } intensity { constant: ", exact(0.25 * size * size), " } } } ")) +
+                             " } intensity { constant: ", exact(0.25 * size * size),
+                             " } radius: ", room.lamp == Lamp::kSoft ? exact(0.5 * size) : "0", " } } ")) +
          "materials { name: 'white' diffuse { reflectance { constant { constant: 0.6 } } } } "
          "materials { name: 'red' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.2 b: 0.1 } } } } } ";
 }
@@ -145,15 +146,15 @@ void expect_equal_means(const Room& room) {
     const std::vector<float> expected = picture(settings, 1, room);
     if (expected.empty()) continue;
     const double mean = mean_of(expected);
-    // Whoever sees lamps of some area alone sees none of a point.
-    if (room.lamp == Lamp::kPoint && mean == 0) continue;
+    // Whoever sees lamps with a surface alone sees none of these.
+    if (room.lamp != Lamp::kSquare && mean == 0) continue;
     EXPECT_GT(mean, 0);
     for (const int exponent : exponents) {
       const std::vector<float> found = picture(settings, std::ldexp(1.0, exponent), room);
       ASSERT_EQ(found.size(), expected.size()) << "2^" << exponent;
       // Scenes of up to 4096 units have their point lights looked at from one unit away
       // (positional_light.h): from 3 * 2^10, places are rounded to 2^-13, and squares are off by twice that.
-      const bool rounded = room.lamp == Lamp::kPoint && exponent == 10;
+      const bool rounded = room.lamp != Lamp::kSquare && exponent == 10;
       EXPECT_NEAR(mean_of(found) / mean, 1, rounded ? 0x1p-12 : 1e-6) << "2^" << exponent;
     }
   }
@@ -162,6 +163,8 @@ void expect_equal_means(const Room& room) {
 TEST(SceneScale, PicturesAreTheSameFromABillionthToABillion) { expect_equal_means({}); }
 
 TEST(SceneScale, SoAreThoseOfPointLights) { expect_equal_means({.lamp = Lamp::kPoint}); }
+
+TEST(SceneScale, SoAreThoseOfSoftLights) { expect_equal_means({.lamp = Lamp::kSoft}); }
 
 TEST(SceneScale, SoAreThoseOfMetalAndGlass) {
   for (const Lamp lamp : {Lamp::kSquare, Lamp::kPoint}) expect_equal_means({.lamp = lamp, .balls = true});

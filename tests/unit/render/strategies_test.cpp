@@ -110,6 +110,8 @@ class Strategies : public testing::Test {
     }
   }
 
+  void expect_limit_of_merging() const;
+
  private:
   Quarters from_both_ends(StrategyFilter filter, float radius) const {
     return measure(64, [&](std::uint32_t begin, std::uint32_t end) {
@@ -137,6 +139,13 @@ class Strategies : public testing::Test {
   std::shared_ptr<const SceneContent> content_;
 };
 
+constexpr const char* kSoftPoint =
+    " lights { point { position { x: 0.5 y: 1.5 z: -1.5 } intensity { constant: 3 } radius: 0.6 } }";
+/// The balls stand in its light.
+constexpr const char* kSoftSpotAbout =
+    " lights { spot { position { x: 0.1 z: -0.3 } target { x: 0.3 y: -0.2 z: 1 } intensity { constant: 2 }"
+    " cone_angle_degrees: 80 cone_delta_degrees: 40 radius: 0.9 } }";
+
 constexpr const char* kLamp =
     " shapes { disk { radius: 0.9 } area_light { radiance { constant: 2 } two_sided: true }"
     "          world_from_object { elements: [1,0,0,0.2, 0,0,-1,1.6, 0,1,0,0, 0,0,0,1] } }";
@@ -146,8 +155,7 @@ TEST_F(Strategies, OfALamp) {
   expect_all_the_same(0);
 }
 
-TEST_F(Strategies, MergedGoToThePathTracersPictureAsRadiiGoToZero) {
-  load(kLamp);
+void Strategies::expect_limit_of_merging() const {
   const Quarters expected = by_path(), none = merged(0), least = merged(1e-6f), small = merged(0.3f),
                  large = merged(0.6f);
   for (int q = 0; q < 5; ++q) {
@@ -166,6 +174,14 @@ TEST_F(Strategies, MergedGoToThePathTracersPictureAsRadiiGoToZero) {
   EXPECT_NE(small.mean[4], none.mean[4]);
 }
 
+TEST_F(Strategies, MergedGoToThePathTracersPictureAsRadiiGoToZero) {
+  for (const char* const light : {kLamp, kSoftPoint}) {
+    SCOPED_TRACE(light);
+    load(light);
+    expect_limit_of_merging();
+  }
+}
+
 TEST_F(Strategies, MergedGoWithWhatMoves) {
   load(kLamp, "world_from_object_end { elements: [1,0,0,0, 0,1,0,0, 0,0,-1,2.5, 0,0,0,1] }");
   const Quarters expected = by_path(), large = merged(0.6f);
@@ -182,6 +198,14 @@ TEST_F(Strategies, OfASky) {
 TEST_F(Strategies, OfALightAtAPoint) {
   load(" lights { point { position { x: 0.5 y: 1.5 z: -1.5 } intensity { constant: 3 } } }");
   expect_all_the_same(1);
+}
+
+TEST_F(Strategies, OfSoftLights) {
+  for (const char* const light : {kSoftPoint, kSoftSpotAbout}) {
+    SCOPED_TRACE(light);
+    load(light);
+    expect_all_the_same(1);
+  }
 }
 
 TEST_F(Strategies, OfADistantLight) {

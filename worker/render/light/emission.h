@@ -10,7 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction, Mask active);
 
 /// The densities with which sample_emission() gives a ray along `direction` from `point`, where the light's
-/// geometric normal has this cosine with it (unused but by lights with a surface).
+/// geometric normal has this cosine with it (unused by lights without one).
 EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine, Vec3 direction,
                                  Mask active);
 

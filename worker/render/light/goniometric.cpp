@@ -9,14 +9,10 @@ namespace {
 /// GoniometricLight].
 class GoniometricLight final : public PositionalLight {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
-                     Mask active) const override {
-    LightSample s = point_light().sample(table, light, from, u, active);
-    const LightLanes lanes{table, light, active};
+  void apply_profile(const LightLanes& lanes, LightSample& s) const override {
     const Vec2 map = octahedral_from_direction(normalize(lanes.to_light(-s.wi)));
     // The map counts rows from the top, textures v from the bottom.
-    if (table.any_textures) s.radiance = s.radiance * lanes.texture_at({map.x, 1.0f - map.y}, s.valid);
-    return s;
+    if (lanes.table.any_textures) s.radiance = s.radiance * lanes.texture_at({map.x, 1.0f - map.y}, s.valid);
   }
 
   /// Power as if the picture were white.

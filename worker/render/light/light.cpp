@@ -6,6 +6,7 @@
 #include "render/color/texture.h"
 #include "render/light/light_access.h"
 #include "render/light/models.h"
+#include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -27,10 +28,10 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
 constexpr std::size_t kMostModels = 64;
 
 /// In the order of LightKind; filled when the kernels are loaded, so that asking costs one load.
-const LightModel* models[kMostModels] = {&point_light(),      &spot_light(),       &distant_light(),
-                                         &infinite_light(),   &triangle_light(),   &rectangle_light(),
-                                         &sphere_light(),     &disk_light(),       &cylinder_light(),
-                                         &projection_light(), &goniometric_light()};
+const LightModel* models[kMostModels] = {
+    &point_light(),       &spot_light(),       &distant_light(),  &infinite_light(), &triangle_light(),
+    &rectangle_light(),   &sphere_light(),     &disk_light(),     &cylinder_light(), &projection_light(),
+    &goniometric_light(), &soft_point_light(), &soft_spot_light()};
 std::size_t model_count = static_cast<std::size_t>(LightKind::kCount);
 
 /// The model of all active lanes' lights, if they have one.

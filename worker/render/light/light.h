@@ -28,14 +28,13 @@ struct LightSample {
   Vec3 wi;            // unit, from the reference point towards the light
   Float distance;     // of a shadow ray that ends just before the light (its own error bound taken off); huge
                       // for lights at infinity
-  Spectrum radiance;  // that arrives along wi if nothing is between; delta lights: intensity / distance^2, or
-                      // irradiance
-  Float pdf;          // of wi, solid angle, given the light; 1 for delta lights
+  Spectrum radiance;  // that arrives along wi if nothing is between; of lights with one point, or one
+                      // direction: intensity / distance^2, or irradiance
+  Float pdf;          // of wi, solid angle, given the light; 1 for lights with one point or direction
   Mask valid;         // there is a direction with radiance > 0 and pdf > 0
   Mask delta;         // no other strategy can find this direction
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
-  Float cosine =
-      Float(1.0f);  // |cos| of wi with the light's geometric normal; 1 for lights without a surface
+  Float cosine = Float(1.0f);  // |cos| of wi with the light's geometric normal; 1 for lights without one
 };
 
 /// A ray that carries light.
@@ -47,13 +46,13 @@ struct Emission {
                   // the ray
   Mask valid;
   Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};  // of the emitter, unit, geometric, on the ray's side;
-                                                       // zero for lights without a surface
+                                                       // zero for lights without one
 };
 
 /// The densities of such a ray.
 struct EmissionDensity {
-  Float place;  // by area of the emitter, of lights at infinity by that of a disk across the direction; 1 for
-                // lights at a point
+  Float place;  // by area of the emitter, given the direction where it depends on that; of lights at infinity
+                // by area of a disk across the direction; 1 for lights at a point
   Float direction;  // by solid angle; 1 for lights that shine in one direction
 };
 
@@ -64,14 +63,15 @@ class LightModel : public LightSource {
   virtual LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                              Mask active) const = 0;
   /// Density with which sample() gives the direction `wi`, which from `from` hits the light's surface at
-  /// `point` with unit geometric normal `normal` (both unused at infinity). Zero for delta lights.
+  /// `point` with unit geometric normal `normal` (both unused at infinity). Zero for lights with one point or
+  /// direction.
   virtual Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
                     Vec3 normal, Mask active) const = 0;
   /// A ray from the light; `u_place` and `u_direction` are uniform in the unit square.
   virtual Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
                         Mask active) const = 0;
   /// The densities with which emit() gives a ray along `direction` from `point`, where the light's geometric
-  /// normal has this cosine with it (both unused by lights without a surface).
+  /// normal has this cosine with it (both unused by lights without one).
   virtual EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
                                            Vec3 direction, Mask active) const = 0;
 };

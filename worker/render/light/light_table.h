@@ -27,6 +27,8 @@ enum class LightKind : std::int32_t {
   kCylinder,
   kProjection,
   kGoniometric,
+  kSoftPoint,
+  kSoftSpot,
   kCount
 };
 
@@ -39,13 +41,14 @@ struct LightRecord {
   std::int32_t primitive = 0;  // kTriangle, kRectangle: within the shape
   std::int32_t two_sided = 0;
   float radiance[kBands] = {
-      0, 0, 0};    // radiance, W/(m2 sr); kPoint, kSpot: intensity, W/sr; kDistant: irradiance, W/m2
+      0, 0, 0};    // radiance, W/(m2 sr); kPoint, kSpot and soft ones: intensity, W/sr; kDistant: W/m2
   float area = 0;  // of lights with a shape, kRectangle: of the whole; render-space units squared
-  float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere: the centre
-  float radius = 0;  // kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
+  float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere, kSoftPoint, kSoftSpot: the centre
+  // kSoftPoint, kSoftSpot; kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
+  float radius = 0;
   float direction[3] = {
       0, 0, 1};  // kSpot: axis; kDistant: in which the light travels; kRectangle: its normal; unit length
-  float cos_outer = 0;            // kSpot: of the whole cone
+  float cos_outer = 0;            // kSpot: of the whole cone (all that kSpot has, kSoftSpot has, too)
   float cos_inner = 0;            // kSpot: where the falloff begins
   std::int32_t environment = -1;  // kInfinite: index into LightTable::environments
   // kTriangle: its corners. kRectangle: a corner, and the unit vectors along the two sides from it. kSpot,

@@ -5,8 +5,10 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-const LightModel& point_light();
-const LightModel& spot_light();
+class PositionalLight;
+
+const PositionalLight& point_light();
+const PositionalLight& spot_light();
 const LightModel& distant_light();
 const LightModel& infinite_light();
 const LightModel& triangle_light();
@@ -16,5 +18,7 @@ const LightModel& disk_light();
 const LightModel& cylinder_light();
 const LightModel& projection_light();
 const LightModel& goniometric_light();
+const LightModel& soft_point_light();
+const LightModel& soft_spot_light();
 
 }  // namespace tessera::render::TESSERA_ISA

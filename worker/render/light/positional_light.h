@@ -15,11 +15,18 @@ struct Directions {
   Float inverse_density;
 };
 
-/// Intensity is what arrives at distance 1. A model says in which directions there is any, and how sample()
-/// sees it.
+/// Intensity is what arrives at distance 1. A model says in which directions there is any, and how bright it
+/// is there.
 class PositionalLight : public LightModel {
  public:
   PositionalLight() : LightModel({.delta = true}) {}
+
+  /// A point that shines equally in all directions, with the model's profile.
+  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
+                     Mask active) const override;
+  /// Turns `s`, light that is the same in all directions, into what the model sends along -s.wi: scales its
+  /// radiance, and makes it invalid where there is none.
+  virtual void apply_profile(const LightLanes&, LightSample&) const {}
 
   Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const final { return 0.0f; }
 

@@ -8,10 +8,7 @@ namespace {
 /// Mitsuba 3 projector].
 class ProjectionLight final : public PositionalLight {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
-                     Mask active) const override {
-    LightSample s = point_light().sample(table, light, from, u, active);
-    const LightLanes lanes{table, light, active};
+  void apply_profile(const LightLanes& lanes, LightSample& s) const override {
     const Vec3 w = lanes.to_light(-s.wi);
     const Float inverse = 0.5f / max(w.z, 1e-30f);
     const Vec2 uv{0.5f - w.x * inverse / lanes.field(&LightRecord::tan_x),
@@ -19,8 +16,7 @@ class ProjectionLight final : public PositionalLight {
     s.valid &= (w.z > 0.0f) & (uv.x >= 0.0f) & (uv.x <= 1.0f) & (uv.y >= 0.0f) & (uv.y <= 1.0f);
     const Mask even = s.valid & (lanes.field(&LightRecord::profile) == kEvenScreen);
     s.radiance *= select(even, 1.0f / max(w.z * w.z * w.z, 1e-30f), 1.0f);
-    if (table.any_textures) s.radiance = s.radiance * lanes.texture_at(uv, s.valid);
-    return s;
+    if (lanes.table.any_textures) s.radiance = s.radiance * lanes.texture_at(uv, s.valid);
   }
 
   /// Power as if the solid angle were that of a white picture seen from afar.

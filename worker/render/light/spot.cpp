@@ -9,10 +9,7 @@ namespace {
 /// covers the square about the cone.
 class SpotLight final : public PositionalLight {
  public:
-  LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
-                     Mask active) const override {
-    LightSample s = point_light().sample(table, light, from, u, active);
-    const LightLanes lanes{table, light, active};
+  void apply_profile(const LightLanes& lanes, LightSample& s) const override {
     const Float cosine = -dot(lanes.field3(&LightRecord::direction), s.wi);
     const Float outer = lanes.field(&LightRecord::cos_outer), inner = lanes.field(&LightRecord::cos_inner);
     const Float width = inner - outer;
@@ -21,21 +18,20 @@ class SpotLight final : public PositionalLight {
     const Float t = clamp((cosine - outer) / select(soft, width, 1.0f), 0.0f, 1.0f);
     Float falloff =
         select(soft, t * t * (3.0f - 2.0f * t), select(cosine >= outer, Float(1.0f), Float(0.0f)));
-    const Mask linear = active & soft & (lanes.field(&LightRecord::profile) == kLinearAngle);
+    const Mask linear = lanes.active & soft & (lanes.field(&LightRecord::profile) == kLinearAngle);
     if (any(linear)) {
       const Float angle = acos(clamp(cosine, -1.0f, 1.0f)), outer_angle = acos(outer);
       const Float part = clamp((outer_angle - angle) / max(outer_angle - acos(inner), 1e-30f), 0.0f, 1.0f);
       falloff = select(linear, part, falloff);
     }
     s.radiance *= falloff;
-    if (table.any_textures) {
+    if (lanes.table.any_textures) {
       const Vec3 w = lanes.to_light(-s.wi);
       const Float scale = 0.5f / (lanes.field(&LightRecord::tan_x) * max(w.z, 1e-30f));
       s.radiance = s.radiance * lanes.texture_at({fma(w.x, scale, 0.5f), fma(w.y, scale, 0.5f)},
-                                                 active & (falloff > 0.0f));
+                                                 lanes.active & (falloff > 0.0f));
     }
     s.valid &= falloff > 0.0f;
-    return s;
   }
 
   /// The mean of a smoothstep over its range is one half.
@@ -70,7 +66,7 @@ class SpotLight final : public PositionalLight {
 
 }  // namespace
 
-const LightModel& spot_light() {
+const PositionalLight& spot_light() {
   static const SpotLight model;
   return model;
 }

@@ -90,6 +90,18 @@ TEST_F(LightBuilderTest, ASpotHasAConeAndPerhapsASlide) {
   EXPECT_TRUE(table_.any_textures);
 }
 
+TEST_F(LightBuilderTest, PointsAndSpotsWithARadiusAreSoft) {
+  ASSERT_EQ(add(R"(lights { point { radius: 0.5 } } lights { point { } }
+                   lights { spot { target { z: 7 } cone_angle_degrees: 60 radius: 0.25 } })"),
+            absl::OkStatus());
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kSoftPoint);
+  EXPECT_EQ(table_.lights[0].radius, 0.5f);
+  EXPECT_EQ(table_.lights[1].kind, LightKind::kPoint);
+  EXPECT_EQ(table_.lights[2].kind, LightKind::kSoftSpot);
+  EXPECT_EQ(table_.lights[2].radius, 0.25f);
+  EXPECT_FLOAT_EQ(table_.lights[2].cos_outer, 0.5f);
+}
+
 TEST_F(LightBuilderTest, LightFromAllAroundIsFoundByBsdfsUnlessPathsStartAtLights) {
   const std::string sky = "lights { infinite { radiance { constant: 2 } } }";
   ASSERT_EQ(add(sky), absl::OkStatus());
@@ -129,6 +141,12 @@ TEST_F(LightBuilderTest, NamesTheLightAtFault) {
   EXPECT_THAT(refusal(""), HasSubstr("light 0 (lamp): its kind is missing"));
   EXPECT_THAT(refusal("point { intensity { constant: inf } }"), HasSubstr("light 0 (lamp): colour: "));
   EXPECT_THAT(refusal("point {} scale: nan"), HasSubstr("its scale is not finite"));
+  for (const char* const radius : {"-1", "nan", "inf"}) {
+    EXPECT_THAT(refusal(absl::StrCat("point { radius: ", radius, " }")),
+                HasSubstr("light 0 (lamp): its radius is negative or not finite"));
+    EXPECT_THAT(refusal(absl::StrCat("spot { target { x: 1 } radius: ", radius, " }")),
+                HasSubstr("its radius is negative or not finite"));
+  }
   EXPECT_THAT(refusal("distant {}"), HasSubstr("it has no direction"));
   EXPECT_THAT(refusal("spot { target { x: 1 } cone_angle_degrees: 90 texture: 'slide' }"),
               HasSubstr("a cone angle below 90 degrees"));

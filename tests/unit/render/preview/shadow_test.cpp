@@ -225,11 +225,12 @@ TEST(Lighting, PatchesOfALampAddUpToIt) {
       scene_text("shapes { disk { radius: 0.5 } material: 'paint' area_light { radiance { constant: 2 } } "
                  "world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,2, 0,0,0,1] } }"
                  "shapes { sphere { radius: 0.5 } material: 'paint' area_light { radiance { constant: 3 } } }"
-                 "lights { point { position { x: 1 y: 2 z: 3 } intensity { constant: 5 } } }"),
+                 "lights { point { position { x: 1 y: 2 z: 3 } intensity { constant: 5 } } }"
+                 "lights { point { position { x: 1 y: 2 z: 3 } intensity { constant: 5 } radius: 0.3 } }"),
       8);
   ASSERT_NE(content, nullptr);
   const Lighting lighting = lighting_of(content->tables);
-  ASSERT_EQ(lighting.lamps.size(), 3u);
+  ASSERT_EQ(lighting.lamps.size(), 4u);
   // Far from it, each is as bright as it is: pi r^2 L of the ball, that with the cosine of the disk, the
   // intensity.
   const Vec3 far{Float(0.0f), Float(0.0f), Float(100.0f)};
@@ -241,6 +242,9 @@ TEST(Lighting, PatchesOfALampAddUpToIt) {
                                                   : 2 * area / (98.0 * 98);
     ASSERT_TRUE(all(light.lit));
     EXPECT_NEAR(light.irradiance.c[0].lane(0), expected, 1e-3 * expected);
+    if (lamp.light >= 0) {
+      EXPECT_EQ(lamp.radius, content->tables.lights.lights[static_cast<std::size_t>(lamp.light)].radius);
+    }
   }
 }
 

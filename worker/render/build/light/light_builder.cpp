@@ -40,6 +40,15 @@ absl::Status put_rotation(Imath::V3d side, Imath::V3d axis, float (&rows)[9]) {
   return absl::OkStatus();
 }
 
+/// A light of the kind `soft` if it has a radius.
+absl::Status set_radius(float radius, LightKind soft, LightRecord& record) {
+  if (!(radius >= 0) || !std::isfinite(radius))
+    return absl::InvalidArgumentError("its radius is negative or not finite");
+  record.radius = radius;
+  if (radius > 0) record.kind = soft;
+  return absl::OkStatus();
+}
+
 absl::Status set_colour(const v1::Spectrum& spectrum, float scale, LightRecord& record) {
   put(emission(spectrum), scale, record.radiance);
   return check_spectrum(spectrum, "colour");
@@ -94,6 +103,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
     case v1::Light::kPoint:
       record.kind = LightKind::kPoint;
       put(point_of(light.point().position()) - inputs_.space.origin, record.position);
+      if (auto s = set_radius(light.point().radius(), LightKind::kSoftPoint, record); !s.ok()) return s;
       return set_colour(light.point().intensity(), scale, record);
     case v1::Light::kSpot:
       if (auto s = set_colour(light.spot().intensity(), scale, record); !s.ok()) return s;
@@ -119,6 +129,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
 
 absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& record) {
   record.kind = LightKind::kSpot;
+  if (auto s = set_radius(spot.radius(), LightKind::kSoftSpot, record); !s.ok()) return s;
   put(point_of(spot.position()) - inputs_.space.origin, record.position);
   const Imath::V3d axis = point_of(spot.target()) - point_of(spot.position());
   if (auto s = put_unit(axis, record.direction); !s.ok()) return s;

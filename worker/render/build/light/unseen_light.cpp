@@ -90,8 +90,9 @@ std::string unseen_light(const wire::AlgorithmTraits& algorithm, const SceneTabl
   }
   const std::optional<std::string> light = first_delta_light(tables, scene);
   if (!light) return "";
-  const std::string caustics = absl::StrCat(
-      "the light of ", *light, ", which has no area, by way of a mirror or clear glass, as ", surface, " is");
+  const std::string caustics =
+      absl::StrCat("the light of ", *light, ", which has no surface, by way of a mirror or clear glass, as ",
+                   surface, " is");
   if (blindness == Blindness::kCaustics) {
     return absl::StrCat("integrator '", algorithm.name, "' never finds ", caustics, "; ", all_of_it,
                         " find it, and ",

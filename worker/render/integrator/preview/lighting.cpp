@@ -109,6 +109,7 @@ Lamp lamp_of(const LightTable& table, std::int32_t index) {
   set(lamp.place, (bounds.low + bounds.high) * 0.5);
   set(lamp.axis, vec64::unit(bounds.axis));
   lamp.cone = static_cast<float>(std::min(bounds.angle + bounds.reach, kPi64));
+  if (table.sources(light.kind).traits.extended) lamp.radius = light.radius;
   return lamp;
 }
 
@@ -208,10 +209,11 @@ Spectrum Lighting::ambient_irradiance(Vec3 n) const {
 LampLight light_of(const SceneTables& scene, const Lamp& lamp, Vec3 p, Mask active) {
   LampLight result;
   if (lamp.light >= 0) {
-    const Float half(0.5f);
-    const LightSample sample = sample_light(scene.lights, Int(lamp.light), p, {half, half}, active);
+    // The middle of a light with an extent.
+    const LightSample sample =
+        sample_light(scene.lights, Int(lamp.light), p, {Float(0.0f), Float(0.5f)}, active);
     result.wi = sample.wi;
-    result.irradiance = sample.radiance;
+    result.irradiance = sample.radiance * (1.0f / select(sample.valid, sample.pdf, 1.0f));
     result.most = Float(std::numeric_limits<float>::infinity());
     result.lit = active & sample.valid;
     return result;

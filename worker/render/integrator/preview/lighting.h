@@ -24,7 +24,7 @@ struct Lamp {
   float flat_area = 0;   // as seen along the axis, over that as seen from anywhere
   float round_area = 0;  // as seen from anywhere, on average over directions [Cauchy 1832]
   bool two_sided = false;
-  float radius = 0;  // of a disk of that area
+  float radius = 0;  // of a disk of that area; of a light with an extent but no surface: its own
 };
 
 inline constexpr std::size_t kMostLamps = 32;

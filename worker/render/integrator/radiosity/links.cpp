@@ -306,6 +306,8 @@ void Linker::aim_at_light(const Pair& pair, const Patch& receiver, std::size_t i
   const Vec& n = receiver.normal;
   const Vec3 normal{Float(static_cast<float>(n[0])), Float(static_cast<float>(n[1])),
                     Float(static_cast<float>(n[2]))};
+  const LightTraits& traits =
+      light_model(scene.lights.lights[static_cast<std::size_t>(pair.light)].kind).traits;
   const std::uint64_t key = key_of(pair.receiver, pair.source, pair.light);
   Spread spread(key), places(~key);
   for (int point = 0; point < kPoints; ++point) {
@@ -322,7 +324,7 @@ void Linker::aim_at_light(const Pair& pair, const Patch& receiver, std::size_t i
           scene.lights, Int(pair.light), {{Float::load(p[0]), Float::load(p[1]), Float::load(p[2])}, normal},
           {Float::load(u), Float::load(v)}, Mask::all());
       // All samples of a light at a point, or that shines in one direction, are the same.
-      const bool is_one = any(sample.delta);
+      const bool is_one = traits.delta && !traits.extended;
       const float share = is_one ? 1.0f / kWidth : 1.0f / kRaysToSky;
       const Float cosine = dot(sample.wi, normal);
       const Mask shines = sample.valid & (cosine > 0.0f);

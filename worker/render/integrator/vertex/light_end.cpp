@@ -9,16 +9,18 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Lanes whose light is one of those that only light sampling and emission find; and of these, where it has
-/// a place.
+/// Lanes whose light is one of those that only light sampling and emission find; of these, where one
+/// direction of a receiver meets it; and of these, where that is for its place.
 struct DeltaLights {
-  Mask delta = Mask::none(), at_a_point = Mask::none();
+  Mask delta = Mask::none(), single = Mask::none(), at_a_point = Mask::none();
 
   DeltaLights(const LightTable& table, Int light, Mask active) {
     for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
       const LightTraits& traits = light_model(static_cast<LightKind>(kind)).traits;
       if (!traits.delta) return;
       delta |= lanes;
+      if (traits.extended) return;
+      single |= lanes;
       if (!traits.at_infinity) at_a_point |= lanes;
     });
   }
@@ -47,9 +49,9 @@ LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Fl
 Float sampling_density(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
                        Vec3 normal, Mask active) {
   const DeltaLights lights(table, light, active);
-  const Mask spread = and_not(active, lights.delta);
+  const Mask spread = and_not(active, lights.single);
   const Float pdf = light_pdf(table, light, from, wi, point, normal, spread);
-  return select(lights.delta, 1.0f, pdf) * pick_pmf(table, light, from, active);
+  return select(lights.single, 1.0f, pdf) * pick_pmf(table, light, from, active);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -43,7 +43,8 @@ LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Fl
                    Float distance_squared, Mask active);
 
 /// The density of light sampling at `from`, over all lights, for the direction `wi` that meets the light at
-/// `point` with unit geometric normal `normal`; of delta lights that of the light alone.
+/// `point` with unit geometric normal `normal`; of lights with one point or direction that of the light
+/// alone.
 Float sampling_density(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
                        Vec3 normal, Mask active);
 

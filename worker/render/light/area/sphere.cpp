@@ -4,54 +4,28 @@
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
 #include "render/light/models.h"
-#include "render/sampling/warp.h"
+#include "render/light/sphere_cone.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// How a whole sphere looks from outside.
-struct Cone {
-  Vec3 axis;
-  Float distance;  // to the centre
-  Float radius;
-  Float clearance_squared;  // distance^2 - radius^2
-  Float one_minus_cos_max;
-  Mask usable;  // a whole, round sphere seen from outside
-};
-
 Cone cone(const LightLanes& lanes, Vec3 reference) {
-  Cone c;
-  c.radius = lanes.field(&LightRecord::radius);
-  const Vec3 to_centre = lanes.field3(&LightRecord::position) - reference;
-  c.distance = length(to_centre);
-  c.clearance_squared = (c.distance - c.radius) * (c.distance + c.radius);
-  c.usable = lanes.active & (c.radius > 0.0f) & (c.clearance_squared > 0.0f);
-  const Float inv = 1.0f / select(c.usable, c.distance, 1.0f);
-  c.axis = to_centre * inv;
-  // 1 - cos = sin^2 / (1 + cos) keeps its digits for small angles.
-  const Float sin_squared = sqr(c.radius * inv);
-  const Float cos_max = sqrt(max(c.clearance_squared, 0.0f)) * inv;
-  c.one_minus_cos_max = select(c.usable, sin_squared / (1.0f + cos_max), 1.0f);
-  return c;
+  return cone(lanes.field3(&LightRecord::position), lanes.field(&LightRecord::radius), reference,
+              lanes.active);
 }
 
 /// Samples the solid angle of a sphere uniformly, from outside.
 LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, Vec2 u) {
-  const Vec3 local = square_to_cone(u, c.one_minus_cos_max);
+  const Chord chord = sample_chord(c, c.one_minus_cos_max, u);
   LightSample s;
-  s.wi = Frame::from_normal(c.axis).to_world(local);
-  // The nearer intersection t = b - h, where b is the distance along wi of the point nearest to the centre
-  // and h the half chord; written as a quotient because b and h may be close.
-  const Float b = c.distance * local.z;
-  const Float off_axis_squared = sqr(c.distance) * (sqr(local.x) + sqr(local.y));
-  const Float half_chord = safe_sqrt(sqr(c.radius) - off_axis_squared);
-  const Float distance = c.clearance_squared / max(b + half_chord, 1e-30f);
+  s.wi = chord.wi;
+  const Float distance = chord.near_end(c);
   // At the limb the error along the ray grows no further than the chord over which the surface bends away by
   // that much.
   const Float error = ray_end_error(reference, fma(s.wi, distance, reference), c.radius, distance);
-  const Float cos_light = max(half_chord, sqrt(0.5f * c.radius * error)) / c.radius;
+  const Float cos_light = max(chord.half, sqrt(0.5f * c.radius * error)) / c.radius;
   s.distance = shortened(distance, error, cos_light);
-  s.cosine = half_chord / c.radius;
+  s.cosine = chord.half / c.radius;
   s.radiance = lanes.radiance();
   s.pdf = cone_pdf(c.one_minus_cos_max);
   // Outside is the front, unless the shape is flipped.
