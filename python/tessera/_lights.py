@@ -21,9 +21,12 @@ class Lights(SceneMessage):
         """Any light of the scene language."""
         self.message.lights.append(checked(message))
 
-    def point_light(self, position: Vector, intensity: float | Vector) -> None:
-        """`intensity`: W/sr"""
-        kind = light_pb2.PointLight(position=point_message(position), intensity=spectrum_message(intensity))
+    def point_light(self, position: Vector, intensity: float | Vector, radius: float = 0.0) -> None:
+        """`intensity`: W/sr. With a `radius`, the light comes from a sphere that is no surface: its shadows are
+        soft, nothing shows it, and it throws no shadow."""
+        kind = light_pb2.PointLight(
+            position=point_message(position), intensity=spectrum_message(intensity), radius=radius
+        )
         self.light(light_pb2.Light(point=kind))
 
     def spot_light(
@@ -33,15 +36,17 @@ class Lights(SceneMessage):
         intensity: float | Vector,
         cone_angle: float = 30.0,
         cone_delta: float = 5.0,
+        radius: float = 0.0,
     ) -> None:
         """`intensity` on the axis, W/sr; `cone_angle`: half of the cone's, which falls off over its last
-        `cone_delta`."""
+        `cone_delta`; `radius` as of `point_light`."""
         kind = light_pb2.SpotLight(
             position=point_message(position),
             target=point_message(target),
             intensity=spectrum_message(intensity),
             cone_angle_degrees=cone_angle,
             cone_delta_degrees=cone_delta,
+            radius=radius,
         )
         self.light(light_pb2.Light(spot=kind))
 

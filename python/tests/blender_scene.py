@@ -75,7 +75,7 @@ def build() -> None:
     if lamps in ("point", "all"):
         lamp("POINT", (-2, -2, 3), 100, (0, 0, 0), shadow_soft_size=0.2, color=(1, 0.5, 0.3))
     if lamps in ("spot", "all"):
-        lamp("SPOT", (2.5, -2.5, 4), 300, (0.7, 0, 0.785), shadow_soft_size=0.0, spot_size=0.8, spot_blend=0.5)
+        lamp("SPOT", (2.5, -2.5, 4), 300, (0.7, 0, 0.785), shadow_soft_size=0.15, spot_size=0.8, spot_blend=0.5)
     if lamps in ("sun", "all"):
         lamp("SUN", (0, 0, 5), 0.5, (0.5, 0.3, 0), angle=0.0)
     world = bpy.data.worlds.new("world")

@@ -69,6 +69,7 @@ class SceneTest(unittest.TestCase):
             (lambda: scene.checkerboard("tiles", 0.1, 0.2, (nan, 1)), "mapping.scale_u"),
             (lambda: scene.point_light((0, nan, 0), 1), "Light.point.position.y"),
             (lambda: scene.spot_light((0, 1, 0), (0, 0, 0), 1, cone_angle=nan), "cone_angle_degrees"),
+            (lambda: scene.point_light((0, 1, 0), 1, radius=nan), "Light.point.radius"),
             (lambda: scene.environment(1, scale=nan), "Light.infinite.scale"),
             (lambda: scene.environment(np.full((2, 4, 3), np.nan)), "not all values are finite"),
             (lambda: scene.camera(np.eye(4), fov=nan), "Camera.perspective.fov_degrees"),

@@ -238,15 +238,8 @@ class Exporter:
                 self._materials.warn(f"lamp {lamp.name}: the sun's disk is a point")
             self.scene.distant_light(direction, power)
         elif data.type == "POINT":
-            if data.shadow_soft_size > 0:
-                radiance = power / (4 * math.pi**2 * data.shadow_soft_size**2)
-                self._materials.warn(f"lamp {lamp.name}: its sphere is seen, and throws shadows of other lamps")
-                self.scene.sphere(data.shadow_soft_size, position, self._black(), radiance, name=lamp.name)
-            else:
-                self.scene.point_light(position, power / (4 * math.pi))
+            self.scene.point_light(position, power / (4 * math.pi), data.shadow_soft_size)
         elif data.type == "SPOT":
-            if data.shadow_soft_size > 0:
-                self._materials.warn(f"lamp {lamp.name}: the spot has no size, and hard shadows")
             cosine = math.cos(data.spot_size / 2)
             inner = math.acos(min(1.0, cosine + (1 - cosine) * data.spot_blend))
             self.scene.spot_light(
@@ -255,6 +248,7 @@ class Exporter:
                 power / (4 * math.pi),
                 math.degrees(data.spot_size / 2),
                 math.degrees(data.spot_size / 2 - inner),
+                data.shadow_soft_size,
             )
         else:
             self._area(lamp, data, matrix, power)
