@@ -32,7 +32,8 @@ class LossesTest(unittest.TestCase):
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder) / "scene.textproto"
             told = run_blender(self, "blender_losses.py", str(file))
-            shapes = re.findall(r"shapes \{.*?name: \"(.*?)\"", file.read_text(), re.DOTALL)
+            scene = file.read_text()
+        shapes = re.findall(r"shapes \{.*?name: \"(.*?)\"", scene, re.DOTALL)
         warnings = [line[9:] for line in told.splitlines() if line.startswith("warning: ")]
         self.assertEqual(
             sorted(warnings),
@@ -45,6 +46,7 @@ class LossesTest(unittest.TestCase):
             ],
         )
         self.assertEqual(sorted(shapes), ["Cube", "ball", "lawn"])
+        self.assertRegex(scene, r"lights \{\s*point \{[^}]*\}[^}]*\}\s*\}\s*radius: 0.1\d*\s*\}")
 
 
 class BlenderTest(unittest.TestCase):

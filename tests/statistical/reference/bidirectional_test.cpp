@@ -138,6 +138,9 @@ INSTANTIATE_TEST_SUITE_P(
                  world_from_object { elements: [1,0,0,0.4, 0,1,0,-0.3, 0,0,1,2.2, 0,0,0,1] } } )"},
         Case{"Point", mist("0.15") +
                           "lights { point { position { x: 0.5 y: -1 z: 2.5 } intensity { constant: 8 } } }"},
+        // The mist scatters within it, too.
+        Case{"SoftPoint", mist("0.15") + "lights { point { position { x: 0.5 y: -1 z: 2.5 } intensity { "
+                                         "constant: 8 } radius: 0.6 } }"},
         Case{"Distant",
              mist("0.15") +
                  "lights { distant { direction { x: 0.5 y: 0.3 z: -1 } irradiance { constant: 4 } } }"},
