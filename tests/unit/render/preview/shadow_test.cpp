@@ -243,6 +243,13 @@ TEST(Lighting, PatchesOfALampAddUpToIt) {
     ASSERT_TRUE(all(light.lit));
     EXPECT_NEAR(light.irradiance.c[0].lane(0), expected, 1e-3 * expected);
     if (lamp.light >= 0) {
+      // As near as two radii of a soft one, too, which no highlight outshines.
+      const LampLight near =
+          light_of(content->tables, lamp, {Float(1.0f), Float(2.0f), Float(3.6f)}, Mask::all());
+      EXPECT_NEAR(near.irradiance.c[0].lane(0), 5 / 0.36, 1e-3 * 5 / 0.36);
+      if (lamp.radius > 0) {
+        EXPECT_NEAR(near.most.lane(0), 5 / (std::numbers::pi * 0.09), 0.1);
+      }
       EXPECT_EQ(lamp.radius, content->tables.lights.lights[static_cast<std::size_t>(lamp.light)].radius);
     }
   }

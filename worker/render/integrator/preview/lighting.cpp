@@ -216,6 +216,13 @@ LampLight light_of(const SceneTables& scene, const Lamp& lamp, Vec3 p, Mask acti
     result.irradiance = sample.radiance * (1.0f / select(sample.valid, sample.pdf, 1.0f));
     result.most = Float(std::numeric_limits<float>::infinity());
     result.lit = active & sample.valid;
+    if (lamp.radius > 0) {
+      // A surface across wi has what the sphere sends, most of it askew, not what as large a middle would.
+      const Vec3 to{Float(lamp.place[0]) - p.x, Float(lamp.place[1]) - p.y, Float(lamp.place[2]) - p.z};
+      const Float sine_squared = sqr(lamp.radius) / max(length_squared(to), sqr(lamp.radius));
+      result.irradiance *= 0.5f * (1.0f + sqrt(1.0f - sine_squared));
+      result.most = result.irradiance.max_component() / (kPi * sine_squared);
+    }
     return result;
   }
   const Vec3 to{Float(lamp.place[0]) - p.x, Float(lamp.place[1]) - p.y, Float(lamp.place[2]) - p.z};

@@ -9,8 +9,8 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Lanes whose light is one of those that only light sampling and emission find; of these, where one
-/// direction of a receiver meets it; and of these, where that is for its place.
+/// Lanes whose light only light sampling and emission find; of these, those whose light a receiver sees in
+/// one direction; and of these, those where it has a place.
 struct DeltaLights {
   Mask delta = Mask::none(), single = Mask::none(), at_a_point = Mask::none();
 
