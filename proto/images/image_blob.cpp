@@ -98,15 +98,22 @@ absl::StatusOr<ImagePixels> decode_image(std::string_view blob, const std::strin
   return pixels;
 }
 
-absl::StatusOr<ImageSize> image_size(std::string_view blob, const std::string& name) {
+absl::StatusOr<ImageSize> image_size(std::string_view blob, const std::string& name,
+                                     std::uint64_t max_pixels) {
   const absl::StatusOr<const Format*> format = format_of(blob, name);
   if (!format.ok()) return format.status();
-  ImageSize size;
-  const absl::Status status = with_module(name, [&](const ImageModule& module, std::string& message) {
-    return module.size(blob, (*format)->name, size, message);
-  });
-  if (!status.ok()) return status;
-  return size;
+  ImagePixels header;  // whose pixels there is no room for
+  if ((*format)->reader != nullptr) (*format)->reader(blob, 0, header);
+  ImageSize size = header.size;
+  if (size.width == 0) {
+    const absl::Status status = with_module(name, [&](const ImageModule& module, std::string& message) {
+      return module.size(blob, (*format)->name, size, message);
+    });
+    if (!status.ok()) return status;
+  }
+  if (static_cast<std::uint64_t>(size.width) * static_cast<std::uint64_t>(size.height) <= max_pixels)
+    return size;
+  return absl::ResourceExhaustedError(absl::StrCat("image ", name, ": ", too_many_pixels(size, max_pixels)));
 }
 
 }  // namespace tessera::images

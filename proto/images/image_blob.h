@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,7 +34,8 @@ struct ImagePixels {
 absl::StatusOr<ImagePixels> decode_image(std::string_view blob, const std::string& name,
                                          std::uint64_t max_pixels = std::uint64_t{1} << 28);
 
-/// Size of the same files, from the header alone.
-absl::StatusOr<ImageSize> image_size(std::string_view blob, const std::string& name);
+/// Size of the same files, from the header alone; the same errors, as far as it tells them.
+absl::StatusOr<ImageSize> image_size(std::string_view blob, const std::string& name,
+                                     std::uint64_t max_pixels = std::numeric_limits<std::uint64_t>::max());
 
 }  // namespace tessera::images

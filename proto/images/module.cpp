@@ -14,10 +14,10 @@ namespace {
 
 using Input = std::unique_ptr<OIIO::ImageInput>;
 
-/// OpenImageIO's own reason where it gives one.
+/// OpenImageIO's own reason where it gives one, which may repeat itself on further lines.
 std::string reason_of(const OIIO::ImageInput& input, const char* otherwise) {
   std::string reason = input.geterror();
-  return reason.empty() ? otherwise : reason;
+  return reason.empty() ? otherwise : reason.substr(0, reason.find('\n'));
 }
 
 /// A file in memory, opened. Null, with a message, when that fails.
@@ -78,8 +78,7 @@ ImageFault decode_file(std::string_view blob, const char* format, std::uint64_t 
   const std::uint64_t count =
       static_cast<std::uint64_t>(spec.width) * static_cast<std::uint64_t>(spec.height);
   if (count > max_pixels) {
-    message = std::to_string(spec.width) + " x " + std::to_string(spec.height) +
-              " texels are more than the limit of " + std::to_string(max_pixels);
+    message = too_many_pixels({spec.width, spec.height}, max_pixels);
     return ImageFault::kTooLarge;
   }
   pixels.size = {spec.width, spec.height};

@@ -11,6 +11,11 @@ namespace tessera::images {
 
 enum class ImageFault : std::int32_t { kNone, kInvalid, kTooLarge };
 
+inline std::string too_many_pixels(ImageSize size, std::uint64_t most) {
+  return std::to_string(size.width) + " x " + std::to_string(size.height) +
+         " texels are more than the limit of " + std::to_string(most);
+}
+
 struct ImageModule {
   /// `format`: OpenImageIO's name of it. With a fault `message` says what is wrong, without the file's name.
   ImageFault (*decode)(std::string_view blob, const char* format, std::uint64_t max_pixels,

@@ -10,7 +10,8 @@
 namespace tessera::images {
 
 /// False for a file in another form, a damaged one, and one of more than `max_pixels`: `pixels` is then
-/// unspecified, and OpenImageIO reads the file or says what is wrong with it.
+/// unspecified, and OpenImageIO reads the file or says what is wrong with it. Of a file whose header is
+/// plain, the size is there even so.
 using ImageReader = bool (*)(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixels);
 
 /// 8 bits a channel or fewer: grey, colour and palettes, with alpha or without.
@@ -29,7 +30,7 @@ bool read_exr(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixe
 bool is_plausible_exr(std::string_view blob);
 
 /// Gives `pixels` a size, and room for bytes (or for floats). False, and nothing is allocated, when the size
-/// is not positive or beyond `max_pixels`, or when memory is short.
+/// is not positive (then `pixels` stays without one) or beyond `max_pixels`, or when memory is short.
 bool allot(std::int64_t width, std::int64_t height, bool floats, std::uint64_t max_pixels,
            ImagePixels& pixels);
 

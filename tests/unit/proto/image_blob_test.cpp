@@ -171,13 +171,19 @@ TEST_F(ImageBlob, LeavesOtherFormsToOpenImageIo) {
   }
 }
 
+/// By own readers and by OpenImageIO.
 TEST_F(ImageBlob, TellsTheSizeOfAFileFromItsHeader) {
-  const std::string bytes = file("noise.png", 3, OIIO::TypeDesc::UINT8);
-  const absl::StatusOr<ImageSize> size =
-      image_size(std::string_view(bytes).substr(0, bytes.size() / 2), "noise.png");
-  ASSERT_TRUE(size.ok()) << size.status();
-  EXPECT_EQ(size->width, kWidth);
-  EXPECT_EQ(size->height, kHeight);
+  for (const char* name : {"noise.png", "noise.jpg", "noise.bmp", "noise.tif"}) {
+    const std::string bytes = file(name, 3, OIIO::TypeDesc::UINT8);
+    const std::string_view half = std::string_view(bytes).substr(0, bytes.size() / 2);
+    const absl::StatusOr<ImageSize> size = image_size(name == std::string("noise.tif") ? bytes : half, name);
+    ASSERT_TRUE(size.ok()) << size.status();
+    EXPECT_EQ(size->width, kWidth);
+    EXPECT_EQ(size->height, kHeight);
+    const absl::Status large = image_size(bytes, name, kWidth * kHeight - 1).status();
+    EXPECT_EQ(large, decode_image(bytes, name, kWidth * kHeight - 1).status());
+    EXPECT_TRUE(absl::IsResourceExhausted(large)) << large;
+  }
 }
 
 TEST_F(ImageBlob, AHeaderMayNotAskForMoreMemoryThanAFileIsWorth) {
