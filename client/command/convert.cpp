@@ -39,9 +39,11 @@ int convert_image(const ConvertOptions& options) {
 }
 
 int convert_scene(const ConvertOptions& options) {
-  const absl::StatusOr<ImportedScene> scene = import_scene(
-      options.input, {.threads = 0, .defines = {}, .gltf = options.gltf, .find_faults = find_shape_faults});
+  const absl::StatusOr<ImportedScene> scene =
+      import_scene(options.input, {.threads = 0, .defines = {}, .gltf = options.gltf});
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});
+  if (const absl::Status sound = status_of(find_scene_faults(*scene, nullptr), *scene); !sound.ok())
+    return report(kBadScene, std::string{sound.message()});
   if (!options.quiet) {
     for (const Diagnostic& warning : scene->warnings) std::cerr << "warning: " << to_string(warning) << '\n';
   }

@@ -167,7 +167,6 @@ ImportOptions import_options(const RenderOptions& options) {
     result.defines[define.substr(0, equals)] = define.substr(equals + 1);
   }
   result.gltf = options.gltf;
-  result.find_faults = find_shape_faults;
   return result;
 }
 
@@ -326,6 +325,15 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     for (const std::string& line : lines) std::cerr << "warning: " << line << '\n';
   };
   print_warnings(loaded->warning_lines());
+  const auto refuse = [&](const std::vector<SceneFault>& faults) {
+    exit_code = report(kBadScene, std::string{status_of(faults, loaded->imported).message()});
+    return nullptr;
+  };
+  // What chooses, renders.
+  const bool chooses = asks_for_choice(options.job, loaded->imported.scene);
+  std::vector<SceneFault> faults;
+  if (chooses) faults = find_scene_faults(loaded->imported, nullptr);
+  if (!faults.empty()) return refuse(faults);
   absl::StatusOr<ChosenJob> job =
       prepare(options, loaded->imported, choice, base::in_seconds(base::process_cpu_time() - cpu_start));
   if (!job.ok() && refusal != nullptr) {
@@ -339,14 +347,13 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     exit_code = report(code, std::string{job.status().message()});
     return nullptr;
   }
-  if (const absl::Status fits =
-          status_of(find_job_faults(loaded->imported.scene, job->job->spec), loaded->imported);
-      !fits.ok()) {
-    if (refusal != nullptr) {
-      *refusal = fits;
-    } else {
-      exit_code = report(kBadScene, std::string{fits.message()});
-    }
+  if (!chooses) faults = find_scene_faults(loaded->imported, &job->job->spec);
+  const bool sound = faults.empty();
+  for (SceneFault& fault : find_job_faults(loaded->imported, job->job->spec))
+    faults.push_back(std::move(fault));
+  if (!faults.empty()) {
+    if (!sound || refusal == nullptr) return refuse(faults);
+    *refusal = status_of(faults, loaded->imported);
     return nullptr;
   }
   loaded->imported.places.clear();

@@ -1,5 +1,9 @@
 #include "import/import.h"
 
+#include <algorithm>
+#include <tuple>
+#include <utility>
+
 #include "import/assimp/import_assimp.h"
 #include "import/gltf/import_gltf.h"
 #include "import/input/concat.h"
@@ -49,9 +53,6 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
   }
   if (absl::Status sound = diagnostics.status(); !sound.ok()) return sound;
   scene->file = path.string();
-  if (options.find_faults) {
-    if (absl::Status sound = status_of(options.find_faults(*scene), *scene); !sound.ok()) return sound;
-  }
   if (!options.defines.empty() && !name.ends_with(".xml")) {
     scene->warnings.push_back(
         {path.string(), 0, 0, "this kind of scene file has no parameters: definitions have no effect"});
@@ -60,17 +61,19 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path, co
 }
 
 absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScene& scene) {
-  Diagnostics diagnostics;
+  std::vector<Diagnostic> located;
   for (const SceneFault& fault : faults) {
     const auto known = scene.places.find(fault.element);
-    if (known == scene.places.end()) {
-      diagnostics.error({.file = diagnostics.add_file(scene.file)}, concat(fault.place, ": ", fault.message));
-      continue;
-    }
-    const Diagnostic& place = known->second;
-    diagnostics.error({diagnostics.add_file(place.file), place.line, place.column},
-                      concat(place.message, fault.message));
+    const std::string title = fault.place.empty() ? "" : concat(fault.place, ": ");
+    Diagnostic& place = located.emplace_back(known == scene.places.end() ? Diagnostic{scene.file, 0, 0, title}
+                                                                         : known->second);
+    place.message += fault.message;
   }
+  std::ranges::stable_sort(
+      located, {}, [](const Diagnostic& fault) { return std::tie(fault.file, fault.line, fault.column); });
+  Diagnostics diagnostics;
+  for (Diagnostic& fault : located)
+    diagnostics.error({diagnostics.add_file(fault.file), fault.line, fault.column}, std::move(fault.message));
   return diagnostics.status();
 }
 

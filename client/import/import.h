@@ -2,7 +2,6 @@
 #pragma once
 
 #include <filesystem>
-#include <functional>
 #include <map>
 #include <string>
 #include <vector>
@@ -25,9 +24,6 @@ struct ImportOptions {
   int threads = 0;                             // for reading meshes; 0: one a core
   std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
   GltfOptions gltf = {};
-  // Looks for faults that importers do not know of, which become errors at the elements' places; may be
-  // empty.
-  std::function<std::vector<SceneFault>(const ImportedScene&)> find_faults = {};
 };
 
 /// Endings of scene files, for people.
@@ -45,8 +41,8 @@ inline constexpr char kSceneFiles[] =
 absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path,
                                            const ImportOptions& options = {});
 
-/// InvalidArgument lists the faults as those of import_scene(), each at its element's place in the file where
-/// that is known; OK where there are none.
+/// InvalidArgument lists faults that importers do not know of as those of import_scene(), each at its
+/// element's place in the file where that is known; OK where there are none.
 absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScene& scene);
 
 /// Writes a scene that `import_scene` reads again: .textproto, .pbtxt or .tsb, with its blobs in a folder

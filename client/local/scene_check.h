@@ -8,11 +8,10 @@
 
 namespace tessera::client {
 
-/// Faults of the scene's shapes, as many as an import tells of: for ImportOptions::find_faults.
-std::vector<SceneFault> find_shape_faults(const ImportedScene& imported);
+/// Faults of the scene's elements, as many as an import tells of. `job`: as of render::find_scene_faults().
+std::vector<SceneFault> find_scene_faults(const ImportedScene& imported, const v1::JobSpec* job);
 
-/// Things in the scene that the job's algorithm cannot do, as many as an import tells of; without any, the
-/// fault of the camera, if it has one.
-std::vector<SceneFault> find_job_faults(const v1::Scene& scene, const v1::JobSpec& job);
+/// Things in the scene that the job cannot do, as many as an import tells of.
+std::vector<SceneFault> find_job_faults(const ImportedScene& imported, const v1::JobSpec& job);
 
 }  // namespace tessera::client

@@ -73,7 +73,7 @@ class ObstacleFinder {
   void look_into(const Holder& holder, const std::string& where, bool is_object) {
     for (int i = 0; i < holder.shapes_size() && !full(); ++i) {
       const v1::Shape& shape = holder.shapes(i);
-      if (is_nothing(shape)) continue;
+      if (is_nothing(shape, material_of(shape))) continue;
       if (const char* const reason = obstacle_of(shape, is_object); reason != nullptr)
         add(shape, where + place_in_scene("shape", i, shape.name()), reason);
       if (wants_diffuse_) look_at_material(shape.material());
@@ -102,11 +102,10 @@ class ObstacleFinder {
     return nullptr;
   }
 
-  /// Whether the shape is left out: it has no surface, and is no border of a medium.
-  bool is_nothing(const v1::Shape& shape) const {
+  /// Null where there is none of that name.
+  const v1::Material* material_of(const v1::Shape& shape) const {
     const auto material = materials_.find(shape.material());
-    return material != materials_.end() && material->second->has_interface() && !shape.has_csg() &&
-           !shape.has_area_light() && shape.interior_medium() == shape.exterior_medium();
+    return material == materials_.end() ? nullptr : material->second;
   }
 
   /// Whether an opacity is below 1 somewhere, as far as messages tell.
@@ -168,6 +167,11 @@ class ObstacleFinder {
 
 }  // namespace
 
+bool is_nothing(const v1::Shape& shape, const v1::Material* material) {
+  return material != nullptr && material->has_interface() && !shape.has_csg() && !shape.has_area_light() &&
+         shape.interior_medium() == shape.exterior_medium();
+}
+
 std::string Obstacle::to_string(const v1::Algorithms& algorithms) const {
   return absl::StrCat(place, ": integrator '", find_algorithm(algorithms.integrator())->name, "' ", reason);
 }
@@ -176,6 +180,12 @@ std::vector<Obstacle> find_obstacles(const v1::Algorithms& algorithms, const v1:
                                      std::size_t most) {
   if (find_algorithm(algorithms.integrator()) == nullptr) return {};
   return ObstacleFinder(algorithms, scene, most).run();
+}
+
+absl::Status check_obstacles(const v1::Algorithms& algorithms, const v1::Scene& scene) {
+  const std::vector<Obstacle> obstacles = find_obstacles(algorithms, scene, 1);
+  return obstacles.empty() ? absl::OkStatus()
+                           : absl::InvalidArgumentError(obstacles.front().to_string(algorithms));
 }
 
 std::string obstacle_to(const v1::Algorithms& algorithms, const v1::Scene& scene, bool wants_media) {

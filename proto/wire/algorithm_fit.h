@@ -5,11 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
 
 namespace tessera::wire {
+
+/// Whether builders leave out a shape of this material (null: the usual one): it has no surface, and is no
+/// border of a medium.
+bool is_nothing(const v1::Shape& shape, const v1::Material* material);
 
 /// Something in a scene that a job's algorithm cannot do. Workers refuse the job, clients do so before them.
 struct Obstacle {
@@ -26,6 +31,9 @@ struct Obstacle {
 /// them, such as the memory that radiosity needs.
 std::vector<Obstacle> find_obstacles(const v1::Algorithms& algorithms, const v1::Scene& scene,
                                      std::size_t most);
+
+/// InvalidArgument with the text of the first of them.
+absl::Status check_obstacles(const v1::Algorithms& algorithms, const v1::Scene& scene);
 
 /// Why the algorithm cannot render all that the scene has, "sees no media", with the first of its obstacles.
 /// Empty where it can, or where only building the scene can tell. Media count where they are wanted.

@@ -169,7 +169,9 @@ void write_light(Context& context, TextureTable& textures, Object& emitter) {
   light.set_name(context.name_with_place(emitter));
   light.set_group(emitter.id);
   type->write(reader, textures, light);
-  *context.scene.add_lights() = std::move(light);
+  v1::Light& added = *context.scene.add_lights();
+  added = std::move(light);
+  context.note(added, emitter);
 }
 
 void write_area_light(Context& context, TextureTable& textures, Object& emitter, bool may_have_normals,

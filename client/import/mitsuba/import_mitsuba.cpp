@@ -58,8 +58,10 @@ absl::StatusOr<ImportedScene> import_mitsuba(const std::filesystem::path& path,
   }
   if (absl::Status status = context.diagnostics.status(); !status.ok()) return status;
 
-  return finished_scene(std::move(context.scene), path.stem().string(), std::move(context.blobs),
-                        context.diagnostics);
+  ImportedScene imported = finished_scene(std::move(context.scene), path.stem().string(),
+                                          std::move(context.blobs), context.diagnostics);
+  imported.places = std::move(context.places);
+  return imported;
 }
 
 }  // namespace tessera::client::mitsuba

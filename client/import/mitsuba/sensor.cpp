@@ -118,6 +118,7 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   write_sampler(context, reader.child("sampler"));
   const FilmWindow film = write_film(context, reader.child("film"));
   v1::Camera& camera = *context.scene.mutable_camera();
+  context.note(camera, sensor);
   if (Object* medium = reader.child("medium")) camera.set_medium(media.use(*medium));
   camera.set_near_clip(static_cast<float>(reader.number("near_clip", 0.01)));
   camera.set_far_clip(static_cast<float>(reader.number("far_clip", 10000)));

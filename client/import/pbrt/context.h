@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <string>
 #include <unordered_map>
+#include <utility>
 
 #include "import/input/blob_collector.h"
 #include "import/input/diagnostics.h"
@@ -19,6 +20,11 @@ struct Context {
   int threads = 0;                  // 0: one a core
   std::unordered_map<const void*, Diagnostic> places;  // ImportedScene::places
 
+  /// Notes where an element stands, and what it is: "point light: ".
+  void note(const google::protobuf::Message& element, SourceLocation where, std::string what) {
+    if (where.line > 0)
+      places[&element] = {diagnostics.file_name(where.file), where.line, where.column, std::move(what)};
+  }
   std::filesystem::path resolve(const std::string& file) const { return directory / file; }
 };
 

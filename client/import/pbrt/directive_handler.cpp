@@ -227,7 +227,7 @@ void DirectiveHandler::make_named_medium(const std::string& name, std::vector<Pa
   std::optional<v1::Medium> medium = read_medium(type, values, state_.ctm.start);
   if (medium) medium->set_name(name);
   // A medium that cannot be read is still known by its name.
-  if (!media_.try_emplace(name, medium ? *std::move(medium) : v1::Medium{}).second) {
+  if (!media_.try_emplace(name, NamedMedium{medium ? *std::move(medium) : v1::Medium{}, where}).second) {
     context_.diagnostics.error(where, concat("medium \"", name, "\" is defined a second time"));
   }
 }

@@ -165,7 +165,11 @@ class DirectiveHandler {
   std::vector<EarlyInstance> early_instances_;    // kMaxErrors of each object at most
   std::map<std::string, std::size_t> early_use_;  // how many of them there are
   std::optional<OpenCurves> open_curves_;
-  std::map<std::string, v1::Medium> media_;
+  struct NamedMedium {
+    v1::Medium message;
+    SourceLocation where;
+  };
+  std::map<std::string, NamedMedium> media_;
 
   // The combination of solids that is open, among pending_shapes_, and the state that it began with.
   v1::Csg* combination_ = nullptr;

@@ -88,7 +88,10 @@ void DirectiveHandler::add_media() {
     used.insert(pending.shape->exterior_medium());
   }
   for (auto& [name, medium] : media_) {
-    if (used.contains(name)) *context_.scene.add_media() = std::move(medium);
+    if (!used.contains(name)) continue;
+    v1::Medium& added = *context_.scene.add_media();
+    added = std::move(medium.message);
+    context_.note(added, medium.where, concat("medium (", name, "): "));
   }
 }
 
@@ -230,18 +233,16 @@ void DirectiveHandler::finish() {
 
 void DirectiveHandler::note_places() {
   if (context_.diagnostics.has_errors()) return;
-  if (const SourceLocation where = camera_.parameters.where(); where.line > 0) {
-    context_.places[&context_.scene.camera()] = {context_.diagnostics.file_name(where.file), where.line,
-                                                 where.column, "camera: "};
-  }
+  context_.note(context_.scene.camera(), camera_.parameters.where(), "camera: ");
+  context_.note(context_.scene.film(), film_.parameters.where(), "film: ");
   for (const PendingShape& pending : pending_shapes_) {
     const v1::Shape& shape = *pending.shape;
     const bool operand = pending.is_operand;
-    // Whatever else is a mesh or a curve is not looked at (render/build/shape/shape_faults.h).
-    if (!operand && (shape.has_mesh() || shape.has_curves())) continue;
+    // Little of others is looked at (render/build/scene_faults.h), and they may be many.
+    const bool plain = !shape.has_area_light() && shape.world_from_object_end().elements().empty();
+    if (!operand && plain && (shape.has_mesh() || shape.has_curves())) continue;
     const std::string& name = shape.name();  // "torus, scene.pbrt:12"
-    context_.places[&shape] = {context_.diagnostics.file_name(pending.where.file), pending.where.line,
-                               pending.where.column, concat(name.substr(0, name.rfind(", ")), ": ")};
+    context_.note(shape, pending.where, concat(name.substr(0, name.rfind(", ")), ": "));
   }
 }
 

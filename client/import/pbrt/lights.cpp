@@ -270,8 +270,7 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
     light.set_name(concat(type, " light, ", file.filename().string(), ":", parameters.where().line));
     v1::Light& added = *context.scene.add_lights();
     added = std::move(light);
-    context.places[&added] = {file.string(), parameters.where().line, parameters.where().column,
-                              concat(type, " light: ")};
+    context.note(added, parameters.where(), concat(type, " light: "));
     return;
   }
   context.diagnostics.error(parameters.where(),

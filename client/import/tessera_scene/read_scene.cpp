@@ -128,64 +128,92 @@ SourceLocation place_of(const wire::BadNumber& number, std::uint32_t file, Locat
   return {file, static_cast<std::uint32_t>(place.line + 1), static_cast<std::uint32_t>(place.column + 1)};
 }
 
-/// Notes where the shapes of the field "shapes" of a message stand, and their operands.
-template <class Holder>
-void note_shapes(const std::string& file, const Holder& holder, Locations& locations,
-                 std::unordered_map<const void*, Diagnostic>& places) {
-  const auto note = [&](const v1::Shape& shape, Locations& in, const auto* field, int index) {
-    const auto at = in.GetLocation(field, index);
-    if (at.line < 0) return;
-    const std::string name = shape.name().empty() ? "" : concat(" (", shape.name(), ")");
-    places[&shape] = {file, static_cast<std::uint32_t>(at.line + 1),
-                      static_cast<std::uint32_t>(at.column + 1), concat("shape", name, ": ")};
-  };
-  const auto* const shapes = Holder::descriptor()->FindFieldByName("shapes");
-  const auto* const csg = v1::Shape::descriptor()->FindFieldByName("csg");
-  const auto* const parts = v1::Csg::descriptor()->FindFieldByName("parts");
-  const auto* const solid = v1::Csg::Part::descriptor()->FindFieldByName("solid");
-  for (int i = 0; i < holder.shapes_size(); ++i) {
-    const v1::Shape& shape = holder.shapes(i);
-    note(shape, locations, shapes, i);
-    if (!shape.has_csg()) continue;
-    Locations* const of_shape = locations.GetTreeForNested(shapes, i);
-    Locations* const of_csg = of_shape == nullptr ? nullptr : of_shape->GetTreeForNested(csg, -1);
-    for (int k = 0; of_csg != nullptr && k < shape.csg().parts_size(); ++k) {
-      Locations* const of_part = of_csg->GetTreeForNested(parts, k);
-      if (of_part != nullptr && shape.csg().parts(k).has_solid())
-        note(shape.csg().parts(k).solid(), *of_part, solid, -1);
+using Places = std::unordered_map<const void*, Diagnostic>;
+
+/// Notes the places of elements in one file.
+class PlaceNotes {
+ public:
+  PlaceNotes(const std::string& file, Places& places) : file_(file), places_(places) {}
+
+  void note_scene(const v1::Scene& scene, Locations& locations) {
+    note_shapes(scene, locations);
+    note_all(scene, locations, "lights", "light", scene.lights());
+    note_all(scene, locations, "materials", "material", scene.materials());
+    note_all(scene, locations, "textures", "texture", scene.textures());
+    note_all(scene, locations, "media", "medium", scene.media());
+    note(scene.camera(), field<v1::Scene>("camera"), -1, locations, "camera: ");
+    note(scene.film(), field<v1::Scene>("film"), -1, locations, "film: ");
+    note_instances(scene, locations);
+    for (int i = 0; i < scene.objects_size(); ++i) {
+      const auto* const objects = field<v1::Scene>("objects");
+      note(scene.objects(i), objects, i, locations, "");  // which messages name
+      Locations* const of_object = locations.GetTreeForNested(objects, i);
+      if (of_object == nullptr) continue;
+      note_shapes(scene.objects(i), *of_object);
+      note_instances(scene.objects(i), *of_object);
     }
   }
-}
 
-/// Notes where the elements of a repeated field of the scene stand.
-template <class Elements>
-void note_elements(const std::string& file, const Elements& elements, const char* field, const char* what,
-                   Locations& locations, std::unordered_map<const void*, Diagnostic>& places) {
-  const auto* const descriptor = v1::Scene::descriptor()->FindFieldByName(field);
-  for (int i = 0; i < elements.size(); ++i) {
-    const auto at = locations.GetLocation(descriptor, i);
+ private:
+  using Field = google::protobuf::FieldDescriptor;
+
+  template <class Message>
+  static const Field* field(const char* name) {
+    return Message::descriptor()->FindFieldByName(name);
+  }
+
+  static std::string title_of(const char* what, const std::string& name) {
+    return name.empty() ? concat(what, ": ") : concat(what, " (", name, "): ");
+  }
+
+  void note(const google::protobuf::Message& element, const Field* of, int index, Locations& locations,
+            std::string title) {
+    const auto at = locations.GetLocation(of, index);
     if (at.line < 0) return;
-    const std::string name = elements[i].name().empty() ? "" : concat(" (", elements[i].name(), ")");
-    places[&elements[i]] = {file, static_cast<std::uint32_t>(at.line + 1),
-                            static_cast<std::uint32_t>(at.column + 1), concat(what, name, ": ")};
+    places_[&element] = {file_, static_cast<std::uint32_t>(at.line + 1),
+                         static_cast<std::uint32_t>(at.column + 1), std::move(title)};
   }
-}
 
-void note_places(const std::string& file, Locations& locations, ImportedScene& imported) {
-  note_shapes(file, imported.scene, locations, imported.places);
-  note_elements(file, imported.scene.lights(), "lights", "light", locations, imported.places);
-  note_elements(file, imported.scene.materials(), "materials", "material", locations, imported.places);
-  const auto camera = locations.GetLocation(v1::Scene::descriptor()->FindFieldByName("camera"), -1);
-  if (camera.line >= 0) {
-    imported.places[&imported.scene.camera()] = {file, static_cast<std::uint32_t>(camera.line + 1),
-                                                 static_cast<std::uint32_t>(camera.column + 1), "camera: "};
+  /// Notes the elements of a repeated field.
+  template <class Holder, class Elements>
+  void note_all(const Holder&, Locations& locations, const char* name, const char* what,
+                const Elements& elements) {
+    for (int i = 0; i < elements.size(); ++i)
+      note(elements[i], field<Holder>(name), i, locations, title_of(what, elements[i].name()));
   }
-  const auto* const objects = v1::Scene::descriptor()->FindFieldByName("objects");
-  for (int i = 0; i < imported.scene.objects_size(); ++i) {
-    if (Locations* const of_object = locations.GetTreeForNested(objects, i))
-      note_shapes(file, imported.scene.objects(i), *of_object, imported.places);
+
+  /// Notes the shapes of the scene or of an object, and their operands.
+  template <class Holder>
+  void note_shapes(const Holder& holder, Locations& locations) {
+    note_all(holder, locations, "shapes", "shape", holder.shapes());
+    for (int i = 0; i < holder.shapes_size(); ++i) {
+      const v1::Shape& shape = holder.shapes(i);
+      if (!shape.has_csg()) continue;
+      Locations* const of_shape = locations.GetTreeForNested(field<Holder>("shapes"), i);
+      Locations* const of_csg =
+          of_shape == nullptr ? nullptr : of_shape->GetTreeForNested(field<v1::Shape>("csg"), -1);
+      for (int k = 0; of_csg != nullptr && k < shape.csg().parts_size(); ++k) {
+        Locations* const of_part = of_csg->GetTreeForNested(field<v1::Csg>("parts"), k);
+        if (of_part == nullptr || !shape.csg().parts(k).has_solid()) continue;
+        const v1::Shape& solid = shape.csg().parts(k).solid();
+        note(solid, field<v1::Csg::Part>("solid"), -1, *of_part, title_of("shape", solid.name()));
+      }
+    }
   }
-}
+
+  /// Notes instances where they stay messages (pack_instances()).
+  template <class Holder>
+  void note_instances(const Holder& holder, Locations& locations) {
+    if (holder.instances_size() > static_cast<int>(InstanceList::kMostMessages)) return;
+    for (int i = 0; i < holder.instances_size(); ++i) {
+      const v1::Instance& instance = holder.instances(i);
+      note(instance, field<Holder>("instances"), i, locations, title_of("instance", instance.object()));
+    }
+  }
+
+  const std::string& file_;
+  Places& places_;
+};
 
 absl::Status check_packed(const v1::PackedInstances& packed, const std::filesystem::path& directory) {
   const std::filesystem::path path = directory / packed.matrices().path();
@@ -226,11 +254,12 @@ absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem
   });
   if (!diagnostics.has_errors()) check_packed_instances(scene, path.parent_path(), file, diagnostics);
   if (absl::Status status = diagnostics.status(); !status.ok()) return status;
+  Places places;
+  const std::string name = path.string();
+  if (locations != nullptr) PlaceNotes(name, places).note_scene(scene, *locations);
   pack_instances(scene, blobs);
   if (scene.name().empty()) scene.set_name(path.stem().string());
-  ImportedScene imported{std::move(scene), blobs.take(), diagnostics.warnings()};
-  if (locations != nullptr) note_places(path.string(), *locations, imported);
-  return imported;
+  return ImportedScene{std::move(scene), blobs.take(), diagnostics.warnings(), std::move(places)};
 }
 
 }  // namespace

@@ -24,31 +24,29 @@ constexpr char kPlyTriangle[] =
 
 /// Faults that are found from outside are told at the lines of their shapes, operands among them.
 TEST_F(SceneFiles, FaultsOfShapesHaveTheirLines) {
-  const ImportOptions options{.find_faults = [](const ImportedScene& imported) {
+  const auto told = [](const absl::StatusOr<ImportedScene>& imported) {
     std::vector<SceneFault> faults;
-    for (const v1::Shape& shape : imported.scene.shapes()) {
+    for (const v1::Shape& shape : imported.value().scene.shapes()) {
       if (shape.has_torus()) faults.push_back({&shape, "", "is bad"});
       for (const v1::Csg::Part& part : shape.csg().parts())
         if (part.solid().has_box()) faults.push_back({&part.solid(), "", "is flat"});
     }
-    return faults;
-  }};
-  const std::string text = error_of(import_scene(write("s.textproto", R"(shapes { sphere { radius: 1 } }
+    return std::string(status_of(faults, *imported).message());
+  };
+  const std::string text = told(import_scene(write("s.textproto", R"(shapes { sphere { radius: 1 } }
 shapes { torus {} name: 'ring' }
 shapes { csg { parts { solid { sphere { radius: 1 } } }
-  parts { solid { box {} } } } })"),
-                                                 options));
+  parts { solid { box {} } } } })")));
   EXPECT_THAT(text, AllOf(HasSubstr("s.textproto:2:1: shape (ring): is bad"),
                           HasSubstr("s.textproto:4:11: shape: is flat")));
-  const std::string pbrt = error_of(import_scene(write("s.pbrt", R"(Camera "perspective"
+  const std::string pbrt = told(import_scene(write("s.pbrt", R"(Camera "perspective"
 WorldBegin
   Shape "torus" "float majorradius" 1 "float minorradius" 0.5
 CSGBegin "union"
   Shape "sphere"
     Shape "box" "point3 p0" [0 0 0] "point3 p1" [1 1 1]
 CSGEnd
-)"),
-                                                 options));
+)")));
   EXPECT_THAT(pbrt, AllOf(HasSubstr("s.pbrt:3:3: torus: is bad"), HasSubstr("s.pbrt:6:5: box: is flat")));
 }
 

@@ -7,6 +7,7 @@
 #include "render/build/placement/render_space.h"
 #include "render/build/scene_content.h"
 #include "render/integrator/kernel.h"
+#include "wire/algorithm_fit.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -21,6 +22,7 @@ absl::StatusOr<std::unique_ptr<const QueryScene>> load_query(const v1::Scene& sc
         absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
   }
   if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
+  if (auto s = wire::check_obstacles(job.content().algorithms(), scene); !s.ok()) return s;
   // Crossings name a shape and an instance, with no levels between.
   const LoadOptions load{.isa = options.isa, .threads = options.threads, .lists_instances = "a query"};
   auto build = ContentBuild::begin(scene, job, blobs, load, *kernel->accel, kernel->light_sources);

@@ -24,6 +24,7 @@
 #include "render/film/scatter_tile.h"
 #include "render/integrator/kernel.h"
 #include "wire/algorithm.h"
+#include "wire/algorithm_fit.h"
 #include "wire/aov_channels.h"
 #include "wire/scene_numbers.h"
 
@@ -55,6 +56,7 @@ class BuiltScene final : public RenderScene {
     if (job.view().width() == 0 || job.view().height() == 0)
       return absl::InvalidArgumentError("the film has no pixels");
     if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
+    if (auto s = wire::check_obstacles(job.content().algorithms(), scene); !s.ok()) return s;
 
     const std::string key = options.contents ? content_key(scene, job, options.isa) : "";
     if (options.contents) {

@@ -18,6 +18,7 @@
 #include "render/build/placement/render_space.h"
 #include "render/build/shape/instance_builder.h"
 #include "render/build/shape/intersection.h"
+#include "render/build/shape/object_graph.h"
 #include "render/build/shape/shading_groups.h"
 #include "render/build/shape/shape_builder.h"
 #include "render/build/texture/mesh_attributes.h"
@@ -28,7 +29,6 @@
 #include "render/build/view/settings.h"
 #include "render/build/view/view.h"
 #include "render/core/stopped.h"
-#include "wire/algorithm_fit.h"
 #include "wire/message_digest.h"
 
 namespace tessera::render {
@@ -57,7 +57,7 @@ struct ArrayBuilders {
                       warnings};
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings, stop};
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
-  std::string wants_flat = "";  // plan_nesting()
+  std::string lists_instances = "";  // who does, for plan_nesting()
   LightBuilder lights{{space, blobs, algorithm, textures}, arrays.lights};
 
   absl::Status run() {
@@ -66,8 +66,8 @@ struct ArrayBuilders {
     throw_if_stopped(stop);
     if (auto s = materials.build(scene.materials()); !s.ok()) return s;
     throw_if_stopped(stop);
-    if (algorithm.lists_instances) wants_flat = absl::StrCat("integrator '", algorithm.name, "'");
-    if (auto s = instances.build(scene, nesting, wants_flat); !s.ok()) return s;
+    if (algorithm.lists_instances) lists_instances = wants_flat(algorithm);
+    if (auto s = instances.build(scene, nesting, lists_instances); !s.ok()) return s;
     throw_if_stopped(stop);
     if (auto s = lights.add_area_lights(shapes.emitters(), arrays.shapes); !s.ok()) return s;
     return lights.add_lights(scene.lights());
@@ -280,13 +280,10 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                    .shared_images = options.contents == nullptr ? nullptr : &options.contents->images(),
                    .stop = options.stop,
                    .nesting = settings.nesting,
-                   .wants_flat = options.lists_instances}});
+                   .lists_instances = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
-  const v1::Algorithms& algorithms = job.content().algorithms();
-  if (const auto obstacles = wire::find_obstacles(algorithms, scene, 1); !obstacles.empty())
-    return absl::InvalidArgumentError(obstacles.front().to_string(algorithms));
   if (auto s = builders.run(); !s.ok()) return s;
   accel.structures.prepare(arrays.shapes);
   const auto medium = builders.media.names().find(scene.camera().medium());

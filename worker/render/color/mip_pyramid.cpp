@@ -166,14 +166,16 @@ void fill_floats(const TextureImage& image, MipPyramid& pyramid) {
 
 }  // namespace
 
+absl::Status check_pyramid(std::int32_t width, std::int32_t height, std::string_view name) {
+  if (!levels_of(width, height).empty()) return absl::OkStatus();
+  return absl::InvalidArgumentError(absl::StrCat("image '", std::string(name), "' of ", width, "x", height,
+                                                 " pixels is too large to be filtered: take 'bilinear'"));
+}
+
 absl::Status make_pyramid(TextureImage& image, std::string_view name) {
+  if (auto s = check_pyramid(image.width, image.height, name); !s.ok()) return s;
   MipPyramid pyramid;
   pyramid.levels = levels_of(image.width, image.height);
-  if (pyramid.levels.empty()) {
-    return absl::InvalidArgumentError(absl::StrCat("image '", std::string(name), "' of ", image.width, "x",
-                                                   image.height,
-                                                   " pixels is too large to be filtered: take 'bilinear'"));
-  }
   const MipLevel& last = pyramid.levels.back();
   const std::size_t texels = texel_at(last, last.stride, 0);
   if (image.format == TexelFormat::kFloat) {

@@ -6,8 +6,6 @@
 #include <utility>
 #include <vector>
 
-#include "images/image_blob.h"
-
 namespace tessera::render {
 namespace {
 
@@ -41,6 +39,11 @@ void decode_floats(std::vector<float>& texels, TexelEncoding encoding, float gam
 }
 
 }  // namespace
+
+absl::StatusOr<images::ImageSize> check_texture_image(std::string_view bytes, std::string_view name,
+                                                      const TextureLoadOptions& options) {
+  return images::image_size(bytes, std::string(name), options.max_texels);
+}
 
 absl::StatusOr<TextureImage> load_texture_image(std::string_view bytes, std::string_view name,
                                                 const TextureLoadOptions& options) {

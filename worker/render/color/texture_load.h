@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "absl/status/statusor.h"
+#include "images/image_blob.h"
 #include "render/color/texture_table.h"
 
 namespace tessera::render {
@@ -23,6 +24,10 @@ struct TextureLoadOptions {
   float gamma = 1;                        // with kGamma
   std::uint64_t max_texels = 1ull << 28;  // of the decoded image; more is refused
 };
+
+/// The size of such a file, by its header alone; the errors of load_texture_image() that it tells.
+absl::StatusOr<images::ImageSize> check_texture_image(std::string_view bytes, std::string_view name,
+                                                      const TextureLoadOptions& options = {});
 
 /// Decodes a file that images::decode_image() reads, with its errors. 8-bit files stay 8-bit, all others
 /// become float. Texels that are not finite become 0, those beyond 1e18 become 1e18.

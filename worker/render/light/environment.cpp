@@ -111,6 +111,13 @@ float leave_mean_to_bsdfs(const Environment& e, std::vector<float>& weights) {
 
 }  // namespace
 
+absl::Status check_environment_size(std::int32_t width, std::int32_t height, EnvironmentMapping mapping) {
+  if (width <= 0 || height <= 0) return absl::InvalidArgumentError("the environment image is empty");
+  if (mapping != EnvironmentMapping::kEqualAreaOctahedral || width == height) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat("an octahedral environment image must be square, this one is ", width, " x ", height));
+}
+
 absl::StatusOr<Environment> build_environment(TextureImage image, EnvironmentMapping mapping, float scale,
                                               const Affine& render_from_light, bool compensate) {
   Environment e;
@@ -124,11 +131,7 @@ absl::StatusOr<Environment> build_environment(TextureImage image, EnvironmentMap
     return e;
   }
 
-  if (image.width <= 0 || image.height <= 0)
-    return absl::InvalidArgumentError("the environment image is empty");
-  if (mapping == EnvironmentMapping::kEqualAreaOctahedral && image.width != image.height)
-    return absl::InvalidArgumentError(absl::StrCat(
-        "an octahedral environment image must be square, this one is ", image.width, " x ", image.height));
+  if (auto s = check_environment_size(image.width, image.height, mapping); !s.ok()) return s;
   e.width = image.width;
   e.height = image.height;
   take_texels(std::move(image), scale, e);

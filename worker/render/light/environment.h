@@ -16,4 +16,7 @@ namespace tessera::render {
 absl::StatusOr<Environment> build_environment(TextureImage image, EnvironmentMapping mapping, float scale,
                                               const Affine& render_from_light, bool compensate = false);
 
+/// The error of build_environment() for an image of this size, or OK.
+absl::Status check_environment_size(std::int32_t width, std::int32_t height, EnvironmentMapping mapping);
+
 }  // namespace tessera::render

@@ -21,6 +21,11 @@ std::string Context::name_with_place(const Object& object) const {
                 object.where.line);
 }
 
+void Context::note(const google::protobuf::Message& element, const Object& object) {
+  places[&element] = {diagnostics.file_name(object.where.file), object.where.line, object.where.column,
+                      concat(object.title(), ": ")};
+}
+
 bool PropertyReader::has(std::string_view name) const {
   for (const Property& property : object_.properties) {
     if (property.name == name) return true;

@@ -86,8 +86,10 @@ std::string MaterialTable::write_leaf(PropertyReader& reader, const Wrapping& wr
   const bool transmits = type->transmits || (bsdf.type == "principled" && reader.has("spec_trans"));
   material.set_one_sided(!transmits && !wrapping.two_sided);
   material.set_name(Context::unique_name(bsdf, bsdf.type, taken_));
-  *context_.scene.add_materials() = std::move(material);
-  return context_.scene.materials(context_.scene.materials_size() - 1).name();
+  v1::Material& added = *context_.scene.add_materials();
+  added = std::move(material);
+  context_.note(added, bsdf);
+  return added.name();
 }
 
 std::string MaterialTable::use_only_child(PropertyReader& reader, const Wrapping& wrapping) {
@@ -183,8 +185,10 @@ std::string MaterialTable::write_blend(PropertyReader& reader, const Wrapping& w
   if (!reader.has("weight")) reader.error("bsdf \"blendbsdf\": expected a parameter \"weight\"");
   *mix.mutable_amount() = textures_.scalar(reader, "weight", 0.5);
   material.set_name(Context::unique_name(reader.object(), "blendbsdf", taken_));
-  *context_.scene.add_materials() = std::move(material);
-  return context_.scene.materials(context_.scene.materials_size() - 1).name();
+  v1::Material& added = *context_.scene.add_materials();
+  added = std::move(material);
+  context_.note(added, reader.object());
+  return added.name();
 }
 
 }  // namespace tessera::client::mitsuba

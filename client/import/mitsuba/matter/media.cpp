@@ -74,7 +74,9 @@ std::string MediumTable::use(Object& medium) {
   // These choose between ways to sample.
   reader.ignore(
       {"sample_emitters", "has_spectral_extinction", "majorant_resolution_factor", "majorant_factor"});
-  *context_.scene.add_media() = std::move(message);
+  v1::Medium& added = *context_.scene.add_media();
+  added = std::move(message);
+  context_.note(added, medium);
   return name;
 }
 

@@ -83,7 +83,9 @@ std::string TextureTable::use(Object& texture, TextureRole role) {
   message.set_name(name);
   PropertyReader reader(context_, texture);
   write(reader, role, message);
-  *context_.scene.add_textures() = std::move(message);
+  v1::Texture& added = *context_.scene.add_textures();
+  added = std::move(message);
+  context_.note(added, texture);
   return name;
 }
 

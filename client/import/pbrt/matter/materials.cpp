@@ -101,7 +101,9 @@ void MaterialTable::convert(Entry& entry) {
     if (!is_new) return;
   }
   material.set_name(entry.name);
-  *context_.scene.add_materials() = std::move(material);
+  v1::Material& added = *context_.scene.add_materials();
+  added = std::move(material);
+  context_.note(added, entry.parameters.where(), concat("material (", added.name(), "): "));
 }
 
 }  // namespace tessera::client::pbrt

@@ -67,7 +67,9 @@ std::string TextureTable::use(TextureKind kind, const std::string& name, SourceL
   --nesting_;
   entry.scene_name = unique_scene_name(kind, name);
   texture.set_name(entry.scene_name);
-  *context_.scene.add_textures() = std::move(texture);
+  v1::Texture& added = *context_.scene.add_textures();
+  added = std::move(texture);
+  context_.note(added, entry.parameters.where(), concat("texture (", name, "): "));
   entry.state = State::kDone;
   return entry.scene_name;
 }

@@ -118,7 +118,6 @@ TEST_F(LightBuilderTest, APortalIsAParallelogramInRenderSpace) {
   ASSERT_EQ(add(absl::StrCat("lights { ", portal, " }")), absl::OkStatus());
   EXPECT_THAT(table_.environments[0].portal, ElementsAre(0, -2, -3, 2, 0, 0, 0, 5, 0));
   EXPECT_EQ(table_.environments[0].portal_area, 10);
-  EXPECT_THAT(refusal(portal, kFromLights), HasSubstr("'from lights' cannot begin at a portal"));
   EXPECT_THAT(refusal("infinite { portal { x: 1 } }"), HasSubstr("a portal has four corners"));
   EXPECT_THAT(refusal("infinite { portal {} portal {} portal {} portal {} }"),
               HasSubstr("portal has no area"));

@@ -94,9 +94,11 @@ std::uint64_t count_triangles(const ShapeTable& shapes) {
   return sum;
 }
 
-absl::Status check_memory(const ShapeTable& shapes, std::uint64_t limit) {
-  const std::uint64_t triangles = count_triangles(shapes), needed = radiosity::least_memory(2 * triangles);
+}  // namespace
+
+absl::Status check_radiosity_memory(std::uint64_t triangles, std::uint64_t limit) {
   constexpr std::uint64_t kMostTriangles = std::uint64_t{1} << 30;
+  const std::uint64_t needed = radiosity::least_memory(2 * triangles);
   if (needed <= limit && triangles <= kMostTriangles) return absl::OkStatus();
   constexpr double kMiB = 1 << 20;
   return absl::InvalidArgumentError(
@@ -107,12 +109,12 @@ absl::Status check_memory(const ShapeTable& shapes, std::uint64_t limit) {
                       static_cast<double>(limit) / kMiB));
 }
 
-}  // namespace
-
 absl::Status make_diffuse(const Settings& settings, const DiffuseSceneNames& names, SceneArrays& arrays,
                           std::vector<std::string>& warnings) {
   if (auto s = check_shapes(arrays.shapes, names.shapes); !s.ok()) return s;
-  if (auto s = check_memory(arrays.shapes, settings.radiosity.memory_limit); !s.ok()) return s;
+  if (auto s = check_radiosity_memory(count_triangles(arrays.shapes), settings.radiosity.memory_limit);
+      !s.ok())
+    return s;
   std::set<std::int32_t> used;
   for (std::size_t i = 0; i < arrays.shapes.shapes.size(); ++i) {
     ShapeRecord& shape = arrays.shapes.shapes[i];

@@ -1,6 +1,7 @@
 // Scenes for algorithms that know diffuse triangles alone (AlgorithmTraits::diffuse_only).
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ struct DiffuseSceneNames {
   const std::vector<std::string>& shapes;     // places in the scene of ShapeTable::shapes
   const std::vector<std::string>& materials;  // of MaterialTable::materials
 };
+
+/// InvalidArgument where radiosity of so many triangles needs more memory than the limit.
+absl::Status check_radiosity_memory(std::uint64_t triangles, std::uint64_t limit);
 
 /// InvalidArgument names the first thing that is not diffuse or no triangle, or says what memory
 /// the scene needs where that is more than it may have. With Settings::ignore_non_diffuse, materials become

@@ -13,10 +13,6 @@ namespace tessera::render {
 
 absl::Status LightBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) const {
   if (light.portal().empty()) return absl::OkStatus();
-  if (inputs_.algorithm.starts_at_lights) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("integrator '", inputs_.algorithm.name, "' cannot begin at a portal"));
-  }
   if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
   const Imath::V3d p0 = point_of(light.portal(0));
   const Imath::V3d u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
@@ -47,11 +43,18 @@ absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight
   const std::string where = absl::StrCat("image '", light.image().path(), "'");
   const auto bytes = inputs_.blobs(light.image().digest());
   if (!bytes.ok()) return located(bytes.status(), where);
-  auto image = load_texture_image(bytes->bytes, light.image().path());
-  if (!image.ok()) return image.status();
   const EnvironmentMapping mapping = light.mapping() == v1::InfiniteLight::LATITUDE_LONGITUDE
                                          ? EnvironmentMapping::kLatitudeLongitude
                                          : EnvironmentMapping::kEqualAreaOctahedral;
+  if (inputs_.headers_alone) {
+    const auto size = check_texture_image(bytes->bytes, light.image().path());
+    if (!size.ok()) return size.status();
+    if (auto s = check_environment_size(size->width, size->height, mapping); !s.ok())
+      return located(s, where);
+    return Environment{};
+  }
+  auto image = load_texture_image(bytes->bytes, light.image().path());
+  if (!image.ok()) return image.status();
   auto built =
       build_environment(*std::move(image), mapping, scale, world_from_light->to_affine(), compensate);
   if (!built.ok()) return located(built.status(), where);

@@ -81,11 +81,14 @@ absl::Status LightBuilder::set_texture(const std::string& name, LightRecord& rec
 }
 
 absl::Status LightBuilder::add_lights(const Lights& lights) {
-  for (int i = 0; i < lights.size(); ++i) {
-    if (auto s = add_light(lights[i]); !s.ok())
-      return located(s, place_in_scene("light", i, lights[i].name()));
-  }
-  return absl::OkStatus();
+  FaultList faults(1);
+  add_lights(lights, faults);
+  return faults.first();
+}
+
+void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
+  for (int i = 0; i < lights.size() && !faults.full(); ++i)
+    faults.add(lights[i], place_in_scene("light", i, lights[i].name()), add_light(lights[i]));
 }
 
 absl::Status LightBuilder::add_light(const v1::Light& light) {
@@ -170,18 +173,28 @@ absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters,
   return absl::OkStatus();
 }
 
-absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& shapes) {
-  const v1::AreaLight& light = *emitter.light;
+absl::StatusOr<LightRecord> LightBuilder::read_area_light(const v1::AreaLight& light) {
   if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
-  float radiance[3];
-  put(emission(light.radiance()), scale, radiance);
-  LightRecord textured;
-  if (auto s = set_texture(light.texture(), textured); !s.ok()) return s;
+  LightRecord record;
+  put(emission(light.radiance()), scale, record.radiance);
+  if (auto s = set_texture(light.texture(), record); !s.ok()) return s;
   const float pick = light.interpolated_normal_pick();
   if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("a probability is not within 0 and 1");
-  append_area_lights(shapes, emitter.shape, radiance, light.two_sided(), textured.texture, table_, pick);
+  return record;
+}
+
+absl::Status LightBuilder::check_area_light(const v1::AreaLight& light) {
+  return located(read_area_light(light).status(), "area light");
+}
+
+absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& shapes) {
+  const v1::AreaLight& light = *emitter.light;
+  const auto record = read_area_light(light);
+  if (!record.ok()) return record.status();
+  append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
+                     light.interpolated_normal_pick());
   return absl::OkStatus();
 }
 

@@ -10,6 +10,7 @@
 #include "render/build/placement/render_space.h"
 #include "render/build/shape/emitter.h"
 #include "render/build/texture/texture_nodes.h"
+#include "render/build/values/fault_list.h"
 #include "render/light/light_build.h"
 #include "render/light/light_table.h"
 #include "render/shape/shape_table.h"
@@ -23,6 +24,7 @@ struct LightInputs {
   const BlobSource& blobs;  // of environment maps
   const wire::AlgorithmTraits& algorithm;
   TextureNodes& textures;
+  bool headers_alone = false;  // of environment maps, which stay black: where nothing will be rendered
 };
 
 class LightBuilder {
@@ -35,8 +37,14 @@ class LightBuilder {
   absl::Status add_area_lights(const std::vector<Emitter>& emitters, ShapeTable& shapes);
   /// All other lights. InvalidArgument names the light.
   absl::Status add_lights(const Lights& lights);
+  /// The same, but goes on after a fault, until the list is full.
+  void add_lights(const Lights& lights, FaultList& faults);
+  /// Errors of add_area_lights(), but for the name of the shape.
+  absl::Status check_area_light(const v1::AreaLight& light);
 
  private:
+  /// That of a shape, whatever its kind.
+  absl::StatusOr<LightRecord> read_area_light(const v1::AreaLight& light);
   absl::Status add_area_light(const Emitter& emitter, ShapeTable& shapes);
   absl::Status add_light(const v1::Light& light);
   absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record);

@@ -8,10 +8,11 @@
 namespace tessera::render {
 
 std::int32_t EnergyTables::coat(float eta, float thickness) {
-  return append_coat_table(eta, thickness, table_);
+  return computes_ ? append_coat_table(eta, thickness, table_) : -1;
 }
 
 std::int32_t EnergyTables::plastic(float eta, const BoundaryFacets& facets) {
+  if (!computes_) return -1;
   const auto [offset, added] =
       plastic_.try_emplace({eta, facets.alpha, facets.beckmann, facets.separable_masking}, 0);
   if (added) offset->second = append_plastic_table(eta, facets, table_);
@@ -19,18 +20,19 @@ std::int32_t EnergyTables::plastic(float eta, const BoundaryFacets& facets) {
 }
 
 std::int32_t EnergyTables::balance(const BalancedFacets& facets) {
+  if (!computes_) return -1;
   const auto [offset, added] = balance_.try_emplace(facets, 0);
   if (added) offset->second = append_balance_table(facets, table_);
   return offset->second;
 }
 
 std::int32_t EnergyTables::layers() {
-  if (layers_ < 0) layers_ = append_layer_table(table_);
+  if (computes_ && layers_ < 0) layers_ = append_layer_table(table_);
   return layers_;
 }
 
 void EnergyTables::films() {
-  if (table_.film_table.empty()) table_.film_table = film_table();
+  if (computes_ && table_.film_table.empty()) table_.film_table = film_table();
 }
 
 }  // namespace tessera::render

@@ -14,7 +14,8 @@ namespace tessera::render {
 /// Offsets in MaterialTable::coat_tables. Indices of refraction are those of the inside over the outside.
 class EnergyTables {
  public:
-  explicit EnergyTables(MaterialTable& table) : table_(table) {}
+  /// `computes` false: none is computed, where nothing will be rendered.
+  explicit EnergyTables(MaterialTable& table, bool computes = true) : table_(table), computes_(computes) {}
 
   std::int32_t coat(float eta, float thickness);
   std::int32_t plastic(float eta, const BoundaryFacets& facets);
@@ -25,6 +26,7 @@ class EnergyTables {
 
  private:
   MaterialTable& table_;
+  const bool computes_;
   std::map<std::tuple<float, double, bool, bool>, std::int32_t> plastic_;
   std::map<BalancedFacets, std::int32_t> balance_;
   std::int32_t layers_ = -1;

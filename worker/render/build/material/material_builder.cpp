@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/slots.h"
 #include "render/build/material/material_kinds.h"
-#include "render/build/values/located.h"
 #include "wire/limits.h"
 
 namespace tessera::render {
@@ -33,20 +32,29 @@ float difference_step(const TextureTable& table, int node) {
   return step;
 }
 
+std::string place_of(const v1::Material& material) {
+  return absl::StrCat("material '", material.name(), "'");
+}
+
 }  // namespace
 
 absl::Status MaterialBuilder::build(const Materials& materials) {
+  FaultList faults(1);
+  build(materials, faults);
+  return faults.first();
+}
+
+void MaterialBuilder::build(const Materials& materials, FaultList& faults) {
   names_ = NameTable("material", materials.size());
-  for (int i = 0; i < materials.size(); ++i) {
-    if (auto s = names_.add(materials[i].name(), i); !s.ok()) return s;
-  }
+  for (int i = 0; i < materials.size(); ++i)
+    faults.add(materials[i], place_of(materials[i]), names_.add(materials[i].name(), i));
   for (const v1::Material& material : materials) {
-    if (auto s = build_material(material, table_.materials.emplace_back()); !s.ok()) {
-      return located(s, absl::StrCat("material '", material.name(), "'"));
-    }
+    if (faults.full()) return;
+    MaterialRecord& record = table_.materials.emplace_back();
+    if (!faults.add(material, place_of(material), build_material(material, record))) record = {};
   }
   std::ranges::fill(table_.materials.emplace_back().spectra[slot::kReflectance].value, 0.5f);
-  return check_mixes();
+  check_mixes(materials, faults);
 }
 
 absl::Status MaterialBuilder::build_material(const v1::Material& material, MaterialRecord& record) {
@@ -58,30 +66,35 @@ absl::Status MaterialBuilder::build_material(const v1::Material& material, Mater
   return set_maps(material, slots);
 }
 
-absl::Status MaterialBuilder::check_mixes() const {
+void MaterialBuilder::check_mixes(const Materials& materials, FaultList& faults) const {
   // Following first or second parts from a mix must end: depth-first, with the path marked. What is behind a
   // surface needs no look, as light only gets there once.
-  constexpr int kUnknown = -1, kOnThePath = -2;
+  constexpr int kUnknown = -1, kOnThePath = -2, kFaulty = -3;
   const auto& records = table_.materials;
   std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
   const std::function<absl::Status(int, int)> look = [&](int i, int above) {
     if (nesting[i] == kOnThePath) return absl::InvalidArgumentError("it mixes itself");
+    if (nesting[i] == kFaulty) return fault_is_told();
     if (!(records[i].flags & kMixed)) nesting[i] = 0;
     if (nesting[i] == kUnknown && above < wire::kMaxNesting) {
       nesting[i] = kOnThePath;
       for (const int part : {records[i].mix_a, records[i].mix_b}) {
-        if (auto s = look(part, above + 1); !s.ok()) return s;
+        if (auto s = look(part, above + 1); !s.ok()) {
+          nesting[i] = kFaulty;
+          return s;
+        }
       }
       nesting[i] = 1 + std::max(nesting[records[i].mix_a], nesting[records[i].mix_b]);
     }
     if (nesting[i] != kUnknown && above + nesting[i] <= wire::kMaxNesting) return absl::OkStatus();
+    if (nesting[i] > wire::kMaxNesting) nesting[i] = kFaulty;
     return absl::InvalidArgumentError(
         absl::StrCat("more than ", wire::kMaxNesting, " mixes within one another"));
   };
   for (const auto& [name, index] : names_.indices()) {
-    if (auto s = look(index, 0); !s.ok()) return located(s, absl::StrCat("material '", name, "'"));
+    if (faults.full()) return;
+    faults.add(materials[index], place_of(materials[index]), look(index, 0));
   }
-  return absl::OkStatus();
 }
 
 absl::Status MaterialBuilder::set_mix(const v1::MixMaterial& mix, MaterialSlots& slots) {

@@ -9,6 +9,7 @@
 #include "render/build/material/energy_tables.h"
 #include "render/build/material/material_slots.h"
 #include "render/build/texture/texture_nodes.h"
+#include "render/build/values/fault_list.h"
 #include "render/build/values/name_table.h"
 #include "tessera/v1/scene.pb.h"
 
@@ -18,12 +19,16 @@ class MaterialBuilder {
  public:
   using Materials = google::protobuf::RepeatedPtrField<v1::Material>;
 
-  MaterialBuilder(TextureNodes& textures, MaterialTable& table, std::vector<std::string>& warnings)
-      : textures_(textures), table_(table), warnings_(warnings), energies_(table) {}
+  /// `computes`: as in EnergyTables.
+  MaterialBuilder(TextureNodes& textures, MaterialTable& table, std::vector<std::string>& warnings,
+                  bool computes = true)
+      : textures_(textures), table_(table), warnings_(warnings), energies_(table, computes) {}
 
   /// Adds all materials, and behind them the one of shapes that name none. InvalidArgument names the
   /// material.
   absl::Status build(const Materials& materials);
+  /// The same, but goes on after a fault, until the list is full.
+  void build(const Materials& materials, FaultList& faults);
   /// The empty name is that of the last.
   const NameTable& names() const { return names_; }
 
@@ -32,7 +37,7 @@ class MaterialBuilder {
   absl::Status set_mix(const v1::MixMaterial& mix, MaterialSlots& slots);
   absl::Status set_sides(const v1::Material& material, MaterialRecord& record);
   absl::Status set_maps(const v1::Material& material, MaterialSlots& slots);
-  absl::Status check_mixes() const;
+  void check_mixes(const Materials& materials, FaultList& faults) const;
 
   TextureNodes& textures_;
   MaterialTable& table_;

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "render/build/values/fault_list.h"
 #include "render/build/values/located.h"
 #include "render/build/values/spectra.h"
 #include "wire/volume_blob.h"
@@ -49,12 +50,17 @@ absl::Status MediumBuilder::build(const Media& media, const wire::AlgorithmTrait
     return absl::OkStatus();
   }
   for (const v1::Medium& medium : media) {
-    MediumRecord record;
-    if (auto s = build_medium(medium, record); !s.ok())
-      return located(s, absl::StrCat("medium '", medium.name(), "'"));
-    if (auto s = names_.names.add(medium.name(), static_cast<int>(table_.media.size())); !s.ok()) return s;
-    table_.media.push_back(std::move(record));
+    FaultList faults(1);
+    if (!faults.add(medium, absl::StrCat("medium '", medium.name(), "'"), add(medium))) return faults.first();
   }
+  return absl::OkStatus();
+}
+
+absl::Status MediumBuilder::add(const v1::Medium& medium) {
+  MediumRecord record;
+  if (auto s = build_medium(medium, record); !s.ok()) return s;
+  if (auto s = names_.names.add(medium.name(), static_cast<int>(table_.media.size())); !s.ok()) return s;
+  table_.media.push_back(std::move(record));
   return absl::OkStatus();
 }
 

@@ -26,6 +26,8 @@ class MediumBuilder {
   /// Adds all media; none, with a warning, where `algorithm` sees none. InvalidArgument names the medium.
   absl::Status build(const Media& media, const wire::AlgorithmTraits& algorithm,
                      std::vector<std::string>& warnings);
+  /// Adds one medium. InvalidArgument does not name it.
+  absl::Status add(const v1::Medium& medium);
   const MediumNames& names() const { return names_; }
 
  private:

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <optional>
 
+#include "tessera/v1/scene.pb.h"
+
 namespace tessera::render {
 
 namespace {
@@ -160,6 +162,15 @@ absl::StatusOr<Motion> Motion::between(const Transform& start, const Transform& 
   }
   motion.count_segments();
   return motion;
+}
+
+absl::StatusOr<Motion> Motion::from_proto(const v1::Matrix& start, const v1::Matrix& end) {
+  const auto first = Transform::from_proto(start);
+  if (!first.ok()) return first.status();
+  if (end.elements().empty()) return Motion(*first);
+  const auto last = Transform::from_proto(end);
+  if (!last.ok()) return last.status();
+  return between(*first, *last);
 }
 
 void Motion::count_segments() {

@@ -19,6 +19,8 @@ class Motion {
   /// InvalidArgument when a placement is singular, or one the other's mirror image: some placement in between
   /// would be flat.
   static absl::StatusOr<Motion> between(const Transform& start, const Transform& end);
+  /// The same of messages, with the errors of Transform::from_proto(); stands still where `end` is empty.
+  static absl::StatusOr<Motion> from_proto(const v1::Matrix& start, const v1::Matrix& end);
 
   bool moves() const { return segments_ > 0; }
   /// Time 0 is when the shutter opens, 1 when it closes.

@@ -86,8 +86,8 @@ bool place_normals(const std::vector<float>& values, const Transform& object_fro
 
 }  // namespace
 
-absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
-                        ShapeTable& table, ShapeRecord& record) {
+absl::StatusOr<CurvesRecord> read_curves(const v1::Shape& shape, const Transform& placed_from_object,
+                                         const BlobSource& blobs) {
   const v1::Curves& message = shape.curves();
   auto points = array_of<float>(blobs, message.points(), "points", 4);
   if (!points.ok()) return points.status();
@@ -133,10 +133,17 @@ absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_obj
       return absl::InvalidArgumentError("its curves have another number of parameters than segments");
     }
   }
-  curves.pieces = pieces_of(curves);
+  return curves;
+}
+
+absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
+                        ShapeTable& table, ShapeRecord& record) {
+  auto curves = read_curves(shape, placed_from_object, blobs);
+  if (!curves.ok()) return curves.status();
+  curves->pieces = pieces_of(*curves);
   record.kind = ShapeKind::kCurves;
   record.quadric = static_cast<std::int32_t>(table.curves.size());
-  table.curves.push_back(std::move(curves));
+  table.curves.push_back(*std::move(curves));
   return absl::OkStatus();
 }
 

@@ -69,6 +69,9 @@ absl::Status add_implicit(const v1::Shape& shape, const Transform& placed_from_o
                           ShapeRecord& record);
 
 // curves.cpp
+/// Without the pieces that structures hold.
+absl::StatusOr<CurvesRecord> read_curves(const v1::Shape& shape, const Transform& placed_from_object,
+                                         const BlobSource& blobs);
 absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
                         ShapeTable& table, ShapeRecord& record);
 

@@ -17,16 +17,6 @@ namespace tessera::render {
 
 namespace {
 
-/// Where `start` goes while the shutter is open; `end` may be empty.
-absl::StatusOr<Motion> motion_of(const v1::Matrix& start, const v1::Matrix& end) {
-  const auto first = Transform::from_proto(start);
-  if (!first.ok()) return first.status();
-  if (end.elements().empty()) return Motion(*first);
-  const auto last = Transform::from_proto(end);
-  if (!last.ok()) return last.status();
-  return Motion::between(*first, *last);
-}
-
 /// Makes room for `more` records at once: where they are many, copies of the array would be the peak.
 void reserve(std::size_t more, std::vector<InstanceRecord>& records) {
   const std::size_t wanted = records.size() + more, grown = records.capacity() + records.capacity() / 2;
@@ -114,7 +104,7 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
 absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape, bool instanced,
                                             const std::string& where) {
   if (shape.world_from_object_end().elements().empty()) return false;
-  const auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
+  const auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
   if (!motion->moves()) return false;
   if (instanced || !shape.has_area_light() || shape.has_curves()) return true;
@@ -133,7 +123,7 @@ absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform&
 
 absl::StatusOr<ObjectPart> InstanceBuilder::build_moving_shape(const v1::Shape& shape, std::int32_t number,
                                                                bool instanced, const std::string& where) {
-  auto motion = motion_of(shape.world_from_object(), shape.world_from_object_end());
+  auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
   // A mirrored shape is reflected within its object: which side is the front is decided there.
   const bool mirrors = motion->at(0).determinant() < 0;
@@ -216,7 +206,7 @@ absl::StatusOr<Motion> InstanceBuilder::Written::motion(std::size_t i) const {
   const auto count = static_cast<std::size_t>(messages->size());
   if (i < count) {
     const v1::Instance& instance = (*messages)[static_cast<int>(i)];
-    return motion_of(instance.world_from_instance(), instance.world_from_instance_end());
+    return Motion::from_proto(instance.world_from_instance(), instance.world_from_instance_end());
   }
   Transform place;
   std::copy_n(packed.begin() + static_cast<std::ptrdiff_t>((i - count) * wire::kPackedElements),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <span>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "render/build/values/located.h"
@@ -48,20 +49,27 @@ std::string note_on_world(std::uint64_t count) {
 }  // namespace
 
 absl::StatusOr<ObjectGraph> ObjectGraph::of(const Objects& objects, const NameTable& names) {
+  FaultList faults(1);
+  auto graph = of(objects, names, faults);
+  if (!graph) return faults.first();
+  return *std::move(graph);
+}
+
+std::optional<ObjectGraph> ObjectGraph::of(const Objects& objects, const NameTable& names,
+                                           FaultList& faults) {
   ObjectGraph graph;
   graph.held_.resize(static_cast<std::size_t>(objects.size()));
+  bool known = true;
   for (int i = 0; i < objects.size(); ++i) {
-    if (auto s = append_held(objects[i], names, absl::StrCat("object '", objects[i].name(), "', "),
-                             graph.held_[static_cast<std::size_t>(i)]);
-        !s.ok())
-      return s;
+    known &= faults.add(objects[i], "",
+                        append_held(objects[i], names, absl::StrCat("object '", objects[i].name(), "', "),
+                                    graph.held_[static_cast<std::size_t>(i)]));
   }
-  if (auto s = graph.sort(objects); !s.ok()) return s;
-  if (auto s = graph.measure(objects); !s.ok()) return s;
+  if (!known || !graph.sort(objects, faults) || !graph.measure(objects, faults)) return std::nullopt;
   return graph;
 }
 
-absl::Status ObjectGraph::sort(const Objects& objects) {
+bool ObjectGraph::sort(const Objects& objects, FaultList& faults) {
   enum class State : std::uint8_t { kNew, kOpen, kDone };
   std::vector<State> state(held_.size(), State::kNew);
   // Depth first, with a stack of its own: a hostile scene may have any depth.
@@ -91,15 +99,16 @@ absl::Status ObjectGraph::sort(const Objects& objects) {
           if (s.object == held || !cycle.empty()) cycle.push_back(s.object);
         }
         cycle.push_back(held);
-        return absl::InvalidArgumentError(
-            absl::StrCat("object '", objects[held].name(), "' holds itself: ", way_of(objects, cycle)));
+        return faults.add(objects[held], "",
+                          absl::InvalidArgumentError(absl::StrCat(
+                              "object '", objects[held].name(), "' holds itself: ", way_of(objects, cycle))));
       }
     }
   }
-  return absl::OkStatus();
+  return true;
 }
 
-absl::Status ObjectGraph::measure(const Objects& objects) {
+bool ObjectGraph::measure(const Objects& objects, FaultList& faults) {
   std::vector<int> depth(held_.size(), 1), deepest(held_.size(), -1);  // of what each holds
   for (const int object : order_) {
     const auto at = static_cast<std::size_t>(object);
@@ -109,22 +118,34 @@ absl::Status ObjectGraph::measure(const Objects& objects) {
     }
     depth_ = std::max(depth_, depth[at]);
   }
-  if (depth_ <= kDeepest) return absl::OkStatus();
+  if (depth_ <= kDeepest) return true;
   std::vector<int> way;
   auto object = static_cast<int>(std::ranges::max_element(depth) - depth.begin());
   for (; object >= 0; object = deepest[static_cast<std::size_t>(object)]) way.push_back(object);
-  return absl::InvalidArgumentError(absl::StrCat("objects hold one another ", depth_, " deep, at most ",
-                                                 kDeepest, ": ", way_of(objects, way)));
+  return faults.add(
+      objects[way.front()], "",
+      absl::InvalidArgumentError(absl::StrCat("objects hold one another ", depth_, " deep, at most ",
+                                              kDeepest, ": ", way_of(objects, way))));
+}
+
+std::uint64_t count_flattened(const ObjectGraph& graph, std::vector<std::uint64_t> own,
+                              const std::vector<int>& placed) {
+  flatten_counts(graph, own);
+  std::uint64_t all = 0;
+  for (const int object : placed) all = sum(all, own[static_cast<std::size_t>(object)]);
+  return all;
 }
 
 absl::Status check_flattened(const ObjectGraph& graph, std::vector<std::uint64_t> own,
                              const std::vector<int>& placed, const std::string& what) {
-  flatten_counts(graph, own);
-  std::uint64_t all = 0;
-  for (const int object : placed) all = sum(all, own[static_cast<std::size_t>(object)]);
+  const std::uint64_t all = count_flattened(graph, std::move(own), placed);
   if (all <= kMostEverFlattened) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat(what, " stand in the world one by one, here ", in_words(all),
                                                  " of them; at most ", kMostEverFlattened));
+}
+
+std::string wants_flat(const wire::AlgorithmTraits& algorithm) {
+  return algorithm.lists_instances ? absl::StrCat("integrator '", algorithm.name, "'") : std::string();
 }
 
 absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,

@@ -2,13 +2,16 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "render/build/values/fault_list.h"
 #include "render/build/values/located.h"
 #include "render/build/values/name_table.h"
 #include "tessera/v1/scene.pb.h"
+#include "wire/algorithm.h"
 
 namespace tessera::render {
 
@@ -24,6 +27,8 @@ class ObjectGraph {
   /// that is longer than kDeepest. `names` are those of the objects. Counts of packed instances are known to
   /// be those of their blobs.
   static absl::StatusOr<ObjectGraph> of(const Objects& objects, const NameTable& names);
+  /// None where there is such a fault, which is added to the list.
+  static std::optional<ObjectGraph> of(const Objects& objects, const NameTable& names, FaultList& faults);
 
   /// The objects that an object's instances place, in their order: messages, then packed ones.
   const std::vector<int>& held_by(int object) const { return held_[static_cast<std::size_t>(object)]; }
@@ -33,8 +38,8 @@ class ObjectGraph {
   int depth() const { return depth_; }
 
  private:
-  absl::Status sort(const Objects& objects);
-  absl::Status measure(const Objects& objects);
+  bool sort(const Objects& objects, FaultList& faults);
+  bool measure(const Objects& objects, FaultList& faults);
 
   std::vector<std::vector<int>> held_;
   std::vector<int> order_;
@@ -78,10 +83,18 @@ absl::Status append_held(const Holder& holder, const NameTable& names, const std
 inline constexpr std::uint64_t kMostFlattened = std::uint64_t{1} << 18;
 inline constexpr std::uint64_t kMostEverFlattened = std::uint64_t{1} << 24;
 
+/// Counts the parts that stand in the world where no level is kept: `own` are those of each object besides
+/// its instances, `placed` the object of each instance in the world. 2^62 stands for all that is more.
+std::uint64_t count_flattened(const ObjectGraph& graph, std::vector<std::uint64_t> own,
+                              const std::vector<int>& placed);
+
 /// InvalidArgument where the parts that `own` counts for each object, which no level keeps, would be placed
-/// in the world more than kMostEverFlattened times; `what` names them. `placed`: as below.
+/// in the world more than kMostEverFlattened times; `what` names them. `placed`: as above.
 absl::Status check_flattened(const ObjectGraph& graph, std::vector<std::uint64_t> own,
                              const std::vector<int>& placed, const std::string& what);
+
+/// Who wants objects within objects flattened, for plan_nesting(); empty where the algorithm does not.
+std::string wants_flat(const wire::AlgorithmTraits& algorithm);
 
 /// `own`: how many of an object's parts are placed besides its instances; `placed`: the object of each
 /// instance in the world. InvalidArgument where a scene that has to be flattened would have too many

@@ -1,6 +1,7 @@
 // One shape of a scene's messages -> its record and arrays in the ShapeTable.
 #pragma once
 
+#include <stop_token>
 #include <string>
 #include <vector>
 

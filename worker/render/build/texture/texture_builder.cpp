@@ -13,7 +13,7 @@ namespace tessera::render {
 
 namespace {
 
-constexpr int kUnknown = -1, kInProgress = -2;
+constexpr int kUnknown = -1, kInProgress = -2, kFaulty = -3;
 
 absl::Status set_filter(const v1::ImageTexture& image, TexelFilter unsaid, TextureNode& node) {
   node.filter = unsaid;
@@ -43,18 +43,24 @@ WrapMode wrap_of(v1::ImageTexture::Wrap wrap) {
   }
 }
 
+std::string place_of(const v1::Texture& texture) { return absl::StrCat("texture '", texture.name(), "'"); }
+
 }  // namespace
 
 absl::Status TextureBuilder::build(const Textures& textures) {
+  FaultList faults(1);
+  build(textures, faults);
+  return faults.first();
+}
+
+void TextureBuilder::build(const Textures& textures, FaultList& faults) {
   textures_ = &textures;
+  faults_ = &faults;
   nodes_.assign(static_cast<std::size_t>(textures.size()), kUnknown);
-  for (int i = 0; i < textures.size(); ++i) {
-    if (auto s = names_.add(textures[i].name(), i); !s.ok()) return s;
-  }
-  for (const v1::Texture& texture : textures) {
-    if (auto node = named_node(texture.name()); !node.ok()) return node.status();
-  }
-  return absl::OkStatus();
+  for (int i = 0; i < textures.size(); ++i)
+    faults.add(textures[i], place_of(textures[i]), names_.add(textures[i].name(), i));
+  for (int i = 0; i < textures.size() && !faults.full(); ++i) static_cast<void>(made_node(i));
+  faults_ = nullptr;
 }
 
 absl::StatusOr<int> TextureBuilder::node(const std::string& name) {
@@ -126,23 +132,31 @@ void TextureBuilder::need_images(int node) {
 }
 
 absl::StatusOr<int> TextureBuilder::named_node(const std::string& name) {
-  const auto place = names_.find(name);
-  if (!place.ok()) return place.status();
-  int& node = nodes_[static_cast<std::size_t>(*place)];
-  if (node == kInProgress)
-    return absl::InvalidArgumentError(absl::StrCat("texture '", name, "': it refers to itself"));
-  if (node != kUnknown) return node;
+  const auto texture = names_.find(name);
+  return texture.ok() ? made_node(*texture) : texture.status();
+}
+
+absl::StatusOr<int> TextureBuilder::made_node(int index) {
+  int& node = nodes_[static_cast<std::size_t>(index)];
+  if (node >= 0) return node;
+  if (node == kFaulty || faults_ == nullptr) return fault_is_told();
+  const v1::Texture& texture = (*textures_)[index];
+  const auto refuse = [&](const absl::Status& status) {
+    faults_->add(texture, place_of(texture), status);
+    return fault_is_told();
+  };
+  if (node == kInProgress) return refuse(absl::InvalidArgumentError("it refers to itself"));
   if (nesting_ == wire::kMaxNesting) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("texture '", name, "': more than ", wire::kMaxNesting, " textures within one another"));
+    return refuse(absl::InvalidArgumentError(
+        absl::StrCat("more than ", wire::kMaxNesting, " textures within one another")));
   }
   node = kInProgress;
   ++nesting_;
-  auto made = make_node((*textures_)[*place]);
+  auto made = make_node(texture);
   --nesting_;
   auto added = made.ok() ? add_checked(*std::move(made)) : made.status();
-  if (!added.ok()) return located(added.status(), absl::StrCat("texture '", name, "'"));
-  return node = *added;
+  node = added.ok() ? *added : kFaulty;
+  return added.ok() ? added : refuse(added.status());
 }
 
 absl::StatusOr<int> TextureBuilder::add_checked(TextureNode node) {

@@ -11,6 +11,7 @@
 #include "render/build/placement/render_space.h"
 #include "render/build/texture/texture_images.h"
 #include "render/build/texture/texture_nodes.h"
+#include "render/build/values/fault_list.h"
 #include "render/build/values/name_table.h"
 #include "render/color/cie.h"
 #include "tessera/v1/scene.pb.h"
@@ -29,6 +30,8 @@ class TextureBuilder final : public TextureNodes {
 
   /// Makes the nodes of all textures, which must outlive this. InvalidArgument names the texture.
   absl::Status build(const Textures& textures);
+  /// The same, but goes on after a fault, until the list is full.
+  void build(const Textures& textures, FaultList& faults);
   /// The values over meshes that textures look up: their numbers in TextureTable::attribute_of_shape.
   const std::map<std::string, int>& attribute_names() const { return attribute_names_; }
 
@@ -41,6 +44,8 @@ class TextureBuilder final : public TextureNodes {
 
  private:
   absl::StatusOr<int> named_node(const std::string& name);
+  /// The node of a texture, made at the first call; its fault is told in faults_.
+  absl::StatusOr<int> made_node(int texture);
   absl::StatusOr<int> add_checked(TextureNode node);
   absl::StatusOr<TextureNode> make_node(const v1::Texture& texture);
   absl::StatusOr<TextureNode> make_image(const v1::ImageTexture& image) const;
@@ -59,8 +64,9 @@ class TextureBuilder final : public TextureNodes {
   TextureTable& table_;
   const TexelFilter unsaid_;
   const Textures* textures_ = nullptr;
-  NameTable names_{"texture"};  // places among textures_
-  std::vector<int> nodes_;      // of textures_; kUnknown or kInProgress while there is none
+  FaultList* faults_ = nullptr;  // during build()
+  NameTable names_{"texture"};   // places among textures_
+  std::vector<int> nodes_;       // of textures_; kUnknown, kInProgress or kFaulty where there is none
   std::map<std::string, int> attribute_names_;
   std::map<std::pair<int, bool>, int> variants_;  // refiltered() of its arguments
   std::vector<bool> needed_;                      // nodes that need_images() has seen

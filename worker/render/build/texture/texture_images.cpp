@@ -47,6 +47,24 @@ std::shared_ptr<const TextureImage> TextureImages::twin(const TextureImage* slot
   return nullptr;
 }
 
+std::vector<std::pair<const v1::ImageTexture*, absl::Status>> TextureImages::refusals(
+    const BlobSource& blobs) const {
+  const auto check = [&](const Slot& slot) {
+    const v1::BlobRef& file = slot.source->image();
+    const auto bytes = blobs(file.digest());
+    if (!bytes.ok()) return located(bytes.status(), absl::StrCat("image '", file.path(), "'"));
+    const auto size = check_texture_image(bytes->bytes, file.path());
+    if (!size.ok() || !slot.pyramid) return size.status();
+    return check_pyramid(size->width, size->height, file.path());
+  };
+  std::vector<std::pair<const v1::ImageTexture*, absl::Status>> refused;
+  for (const auto& [key, slot] : slots_) {
+    if (!needed_.contains(slot.image.get())) continue;
+    if (absl::Status status = check(slot); !status.ok()) refused.emplace_back(slot.source, std::move(status));
+  }
+  return refused;
+}
+
 absl::Status TextureImages::decode(const BlobSource& blobs, int threads) {
   std::vector<const std::pair<const std::string, Slot>*> wanted;
   for (const auto& entry : slots_) {

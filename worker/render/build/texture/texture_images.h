@@ -5,6 +5,8 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "render/build/blob_source.h"
@@ -28,6 +30,8 @@ class TextureImages {
   void need(const TextureImage* slot) { needed_.insert(slot); }
   /// Fills the images that are needed, on up to `threads` threads. Errors name the image's file.
   absl::Status decode(const BlobSource& blobs, int threads);
+  /// Errors of decode() that the headers of the files tell, which are all that is read.
+  std::vector<std::pair<const v1::ImageTexture*, absl::Status>> refusals(const BlobSource& blobs) const;
 
  private:
   struct Slot {

@@ -60,16 +60,11 @@ absl::Status set_lens(float radius, float focal_distance, SensorRecord& record) 
   return absl::OkStatus();
 }
 
-absl::Status check_for_algorithm(const v1::Camera& camera, FilmSize film,
-                                 const wire::AlgorithmTraits& algorithm) {
+absl::Status check_for_algorithm(FilmSize film, const wire::AlgorithmTraits& algorithm) {
   if (algorithm.work == wire::WorkKind::kPasses &&
       std::uint64_t{film.width} * film.height > (std::uint64_t{1} << 30)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "integrator '", algorithm.name, "' works on all pixels of the film at once; 2^30 are the most"));
-  }
-  if (algorithm.projects_points && camera.has_spherical()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("camera: integrator '", algorithm.name, "' needs a perspective or orthographic one"));
   }
   return absl::OkStatus();
 }
@@ -126,7 +121,7 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   }
   record.width = static_cast<std::int32_t>(film.width);
   record.height = static_cast<std::int32_t>(film.height);
-  if (auto s = check_for_algorithm(camera, film, algorithm); !s.ok()) return s;
+  if (auto s = check_for_algorithm(film, algorithm); !s.ok()) return s;
   if (auto s = set_projection(camera, film, record); !s.ok()) return s;
   return record;
 }

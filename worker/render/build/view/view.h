@@ -4,6 +4,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "render/build/placement/render_space.h"
+#include "render/build/values/fault_list.h"
 #include "render/build/view/sensor.h"
 #include "render/build/view/settings.h"
 #include "render/film/pixel_filter.h"
@@ -19,5 +20,8 @@ absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter);
 /// them.
 absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
                       const RenderSpace& space, SceneTables& tables);
+/// The same, but goes on after a fault.
+void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+              const RenderSpace& space, SceneTables& tables, FaultList& faults);
 
 }  // namespace tessera::render

@@ -1,5 +1,5 @@
-// All faults of a scene's shapes at once, each with its element.
-#include "render/build/shape/shape_faults.h"
+// All faults of a scene's elements at once, each with its element.
+#include "render/build/scene_faults.h"
 
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
@@ -14,9 +14,9 @@ namespace {
 using testing::HasSubstr;
 using testing::IsEmpty;
 
-class ShapeFaults : public testing::Test {
+class SceneFaults : public testing::Test {
  protected:
-  ShapeFaults() {
+  SceneFaults() {
     const std::vector<float> corners = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1};
     add_blob("closed", {corners, {}, {}, {0, 2, 1, 0, 1, 3, 1, 2, 3, 0, 3, 2}});
     add_blob("open", {corners, {}, {}, {0, 2, 1, 0, 1, 3, 1, 2, 3}});
@@ -30,9 +30,9 @@ class ShapeFaults : public testing::Test {
     EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(text, &scene)) << text;
     return scene;
   }
-  std::vector<ShapeFault> faults(const v1::Scene& scene, std::size_t most = 100) {
-    return find_shape_faults(
-        scene,
+  std::vector<SceneFault> faults(const v1::Scene& scene, std::size_t most = 100) {
+    return find_scene_faults(
+        scene, nullptr,
         [this](const std::string& digest) -> absl::StatusOr<BlobBytes> {
           const auto& bytes = blobs_.at(digest);
           return BlobBytes{*bytes, bytes};
@@ -63,33 +63,34 @@ constexpr Hostile kHostile[] = {
     {"csg { operation: DIFFERENCE parts { begin {} } parts { end: true } }", "a group has no operands"},
 };
 
-TEST_F(ShapeFaults, AreToldAllAtOnceInTheirOrder) {
+TEST_F(SceneFaults, AreToldAllAtOnceInTheirOrder) {
   std::string text = "shapes { sphere { radius: 1 } }\n";
   for (const Hostile& one : kHostile) text += std::string("shapes { ") + one.shape + " }\n";
   text += "objects { name: 'lot' shapes { box { low: [0, 0, 0] high: [1, 1, 0] } } }\n";
   const v1::Scene all = scene(text);
-  const std::vector<ShapeFault> found = faults(all);
+  const std::vector<SceneFault> found = faults(all);
   ASSERT_EQ(found.size(), std::size(kHostile) + 1);
   for (std::size_t i = 0; i < std::size(kHostile); ++i) {
-    EXPECT_EQ(found[i].shape, &all.shapes(static_cast<int>(i) + 1)) << kHostile[i].shape;
+    EXPECT_EQ(found[i].element, &all.shapes(static_cast<int>(i) + 1)) << kHostile[i].shape;
     EXPECT_THAT(found[i].message, HasSubstr(kHostile[i].message));
   }
-  EXPECT_EQ(found.back().shape, &all.objects(0).shapes(0));
+  EXPECT_EQ(found.back().element, &all.objects(0).shapes(0));
   EXPECT_THAT(found.back().place, HasSubstr("object 'lot', shape 0"));
   EXPECT_EQ(faults(all, 3).size(), 3);
 }
 
-TEST_F(ShapeFaults, OfACombinationAreThoseOfItsOperands) {
+TEST_F(SceneFaults, OfACombinationAreThoseOfItsOperands) {
   const v1::Scene all = scene(R"(shapes { csg {
       parts { solid { mesh { blob { digest: 'closed' } } } }
       parts { solid { mesh { blob { digest: 'open' } } name: 'lid' } }
       parts { solid { mesh { blob { digest: 'doubled' } } } }
       parts { solid { disk { radius: 1 } } }
       parts { solid { implicit { expression: '2' ball { radius: 1 } } } } } })");
-  const std::vector<ShapeFault> found = faults(all);
+  const std::vector<SceneFault> found = faults(all);
   ASSERT_EQ(found.size(), 4);
   const auto& parts = all.shapes(0).csg().parts();
-  for (int i = 0; i < 4; ++i) EXPECT_EQ(found[static_cast<std::size_t>(i)].shape, &parts[i + 1].solid()) << i;
+  for (int i = 0; i < 4; ++i)
+    EXPECT_EQ(found[static_cast<std::size_t>(i)].element, &parts[i + 1].solid()) << i;
   EXPECT_THAT(found[0].place, HasSubstr("operand 1 (lid)"));
   EXPECT_THAT(found[0].message, HasSubstr("not closed: 3 edges are open"));
   EXPECT_THAT(found[1].message, HasSubstr("triangle 5 is there twice, so that 3 edges have an odd number"));
@@ -97,7 +98,7 @@ TEST_F(ShapeFaults, OfACombinationAreThoseOfItsOperands) {
   EXPECT_THAT(found[3].message, HasSubstr("a constant"));
 }
 
-TEST_F(ShapeFaults, AreNoneOfSoundShapes) {
+TEST_F(SceneFaults, AreNoneOfSoundShapes) {
   EXPECT_THAT(faults(scene(R"(
       shapes { torus { major_radius: 1 minor_radius: 0.5 } }
       shapes { implicit { expression: 'x^2 + y^2 - z'
