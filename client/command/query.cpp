@@ -4,6 +4,8 @@
 #include <atomic>
 #include <iostream>
 #include <memory>
+#include <optional>
+#include <span>
 #include <thread>
 #include <vector>
 
@@ -55,7 +57,7 @@ class Answers {
     const auto work = [&] {
       for (std::size_t piece = next++; piece < texts.size(); piece = next++) {
         const std::size_t end = std::min(waiting_.size(), (piece + 1) * kPiece);
-        for (std::size_t i = piece * kPiece; i < end; ++i) answer(i, texts[piece]);
+        answer(piece * kPiece, end, texts[piece]);
       }
     };
     {
@@ -70,9 +72,10 @@ class Answers {
   }
 
  private:
-  void answer(std::size_t i, std::string& text) const {
-    if (!waiting_[i]) return;
-    scene_.answer(*waiting_[i], answered_ + static_cast<std::int64_t>(i) + 1, [&](const Row& row) {
+  void answer(std::size_t begin, std::size_t end, std::string& text) const {
+    const std::span<const std::optional<Query>> queries(waiting_);
+    const std::int64_t number = answered_ + static_cast<std::int64_t>(begin) + 1;
+    scene_.answer(queries.subspan(begin, end - begin), number, [&](const Row& row) {
       append_row(GeometryQuery::answer_columns(), row, options_.format, text);
     });
   }

@@ -148,24 +148,37 @@ std::string GeometryQuery::doubts(bool closest) const {
       "closer than the answer");
 }
 
-void GeometryQuery::answer(const Query& query, std::int64_t number, const TakeRow& take) const {
-  Row row(std::size(kAnswerColumns));
-  row[kQuery] = number;
-  row[kKind] = std::string_view(word_of(query.kind));
-  row[kRow] = integer(0);
-  switch (query.kind) {
-    case QueryKind::kRay:
-      return answer_ray(query, row, take);
-    case QueryKind::kInside:
-      return answer_inside(query, row, take);
-    case QueryKind::kClosest:
-      return answer_closest(query, row, take);
+void GeometryQuery::answer(std::span<const std::optional<Query>> queries, std::int64_t number,
+                           const TakeRow& take) const {
+  std::vector<render::QueryScene::Line> lines;
+  for (const std::optional<Query>& query : queries) {
+    if (query && query->kind == QueryKind::kRay)
+      lines.push_back({vector_of(query->point), vector_of(query->direction)});
+  }
+  const std::vector<std::vector<render::SurfaceHit>> hits = scene_->hits(lines);
+  auto next = hits.begin();
+  for (const std::optional<Query>& query : queries) {
+    Row row(std::size(kAnswerColumns));
+    row[kQuery] = number++;
+    if (!query) continue;
+    row[kKind] = std::string_view(word_of(query->kind));
+    row[kRow] = integer(0);
+    switch (query->kind) {
+      case QueryKind::kRay:
+        answer_ray(*next++, row, take);
+        break;
+      case QueryKind::kInside:
+        answer_inside(*query, row, take);
+        break;
+      case QueryKind::kClosest:
+        answer_closest(*query, row, take);
+        break;
+    }
   }
 }
 
-void GeometryQuery::answer_ray(const Query& query, Row& row, const TakeRow& take) const {
-  const std::vector<render::SurfaceHit> hits =
-      scene_->hits(vector_of(query.point), vector_of(query.direction));
+void GeometryQuery::answer_ray(const std::vector<render::SurfaceHit>& hits, Row& row,
+                               const TakeRow& take) const {
   if (hits.empty()) return take(row);
   const Row empty = row;
   for (std::size_t i = 0; i < hits.size(); ++i) {

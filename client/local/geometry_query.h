@@ -18,7 +18,8 @@
 
 namespace tessera::render {
 class QueryScene;
-}
+struct SurfaceHit;
+}  // namespace tessera::render
 
 namespace tessera::client {
 
@@ -62,14 +63,16 @@ class GeometryQuery {
   static Columns bounds_columns();
   static Columns watertight_columns();
 
-  /// One row at least, with `number` in the first column. Safe to call from any number of threads at once.
-  void answer(const Query& query, std::int64_t number, const TakeRow& take) const;
+  /// Answers queries in their order, each by one row at least with its number in the first column; that of
+  /// the first is `number`. Those that could not be read have a number, too, but no row. Safe to call from
+  /// any number of threads at once.
+  void answer(std::span<const std::optional<Query>> queries, std::int64_t number, const TakeRow& take) const;
   void bounds(const TakeRow& take) const;
   void watertight(const TakeRow& take) const;
 
  private:
   explicit GeometryQuery(std::unique_ptr<const render::QueryScene> scene);
-  void answer_ray(const Query& query, Row& row, const TakeRow& take) const;
+  void answer_ray(const std::vector<render::SurfaceHit>& hits, Row& row, const TakeRow& take) const;
   void answer_inside(const Query& query, Row& row, const TakeRow& take) const;
   void answer_closest(const Query& query, Row& row, const TakeRow& take) const;
 

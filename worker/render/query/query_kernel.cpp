@@ -80,12 +80,15 @@ void find_crossings(const QueryStructure& structure, const ExactRay& line, float
 }
 
 /// Sixteen or fewer.
-void describe_some(const ShapeTable& table, const ExactRay& ray, float time,
+void describe_some(const ShapeTable& table, std::span<const ExactRay* const> rays, float time,
                    std::span<const Crossing> crossings, SurfacePoint* points) {
-  alignas(64) float o[3][kWidth] = {}, t[kWidth] = {}, b1[kWidth] = {}, b2[kWidth] = {};
+  alignas(64) float o[3][kWidth] = {}, d[3][kWidth], t[kWidth] = {}, b1[kWidth] = {}, b2[kWidth] = {};
   alignas(64) std::int32_t shape[kWidth] = {}, primitive[kWidth] = {}, instance[kWidth] = {};
-  const double length = std::hypot(ray.d[0], ray.d[1], ray.d[2]);
-  for (std::size_t i = 0; i < crossings.size(); ++i) {
+  for (std::size_t i = 0; i < kWidth; ++i) {
+    const ExactRay& ray = *rays[std::min(i, rays.size() - 1)];
+    const double length = std::hypot(ray.d[0], ray.d[1], ray.d[2]);
+    for (int k = 0; k < 3; ++k) d[k][i] = static_cast<float>(ray.d[k] / length);
+    if (i >= crossings.size()) continue;
     const Crossing& c = crossings[i];
     // The ray is followed from no farther away than the point is from the origin: floats are as fine there.
     double size = 0;
@@ -96,12 +99,11 @@ void describe_some(const ShapeTable& table, const ExactRay& ray, float time,
     b1[i] = static_cast<float>(c.b1), b2[i] = static_cast<float>(c.b2);
     shape[i] = c.shape, primitive[i] = c.primitive, instance[i] = c.instance;
   }
-  const auto along = [&](int k) { return Float(static_cast<float>(ray.d[k] / length)); };
   const Hit hit{Float::load(t),   Float::load(b1),     Float::load(b2), Int::load(primitive),
                 Int::load(shape), Int::load(instance), Float(time)};
-  const Surface s =
-      surface_at(table, hit, {Float::load(o[0]), Float::load(o[1]), Float::load(o[2])},
-                 {along(0), along(1), along(2)}, Mask::first(static_cast<int>(crossings.size())), false);
+  const Surface s = surface_at(table, hit, {Float::load(o[0]), Float::load(o[1]), Float::load(o[2])},
+                               {Float::load(d[0]), Float::load(d[1]), Float::load(d[2])},
+                               Mask::first(static_cast<int>(crossings.size())), false);
   alignas(64) float lanes[5][kWidth];
   const Float values[5] = {s.ng.x, s.ng.y, s.ng.z, s.uv.x, s.uv.y};
   for (int k = 0; k < 5; ++k) values[k].store(lanes[k]);
@@ -109,11 +111,11 @@ void describe_some(const ShapeTable& table, const ExactRay& ray, float time,
     points[i] = {{lanes[0][i], lanes[1][i], lanes[2][i]}, {lanes[3][i], lanes[4][i]}};
 }
 
-void describe(const ShapeTable& table, const ExactRay& ray, float time, std::span<const Crossing> crossings,
-              std::span<SurfacePoint> points) {
+void describe(const ShapeTable& table, std::span<const ExactRay* const> rays, float time,
+              std::span<const Crossing> crossings, std::span<SurfacePoint> points) {
   for (std::size_t i = 0; i < crossings.size(); i += kWidth) {
     const std::size_t count = std::min<std::size_t>(kWidth, crossings.size() - i);
-    describe_some(table, ray, time, crossings.subspan(i, count), points.data() + i);
+    describe_some(table, rays.subspan(i, count), time, crossings.subspan(i, count), points.data() + i);
   }
 }
 

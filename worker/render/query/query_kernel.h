@@ -32,8 +32,9 @@ struct QueryKernel {
   /// triangles [Edelsbrunner1990]; so what is closed is crossed an even number of times by every line.
   void (*find_crossings)(const QueryStructure& structure, const ExactRay& ray, float time,
                          std::vector<Crossing>& found);
-  /// Normals and parameters at crossings of a ray, in single precision; one of `points` each.
-  void (*describe)(const ShapeTable& table, const ExactRay& ray, float time,
+  /// Normals and parameters at crossings, in single precision; one of `rays` and one of `points` each. They
+  /// are the same whatever else is described with them.
+  void (*describe)(const ShapeTable& table, std::span<const ExactRay* const> rays, float time,
                    std::span<const Crossing> crossings, std::span<SurfacePoint> points);
   /// The function of an implicit surface at a point of its object space.
   double (*implicit_value)(const ImplicitRecord& surface, const double (&p)[3]);

@@ -83,11 +83,17 @@ std::vector<std::int32_t> QueryScene::left_out() const {
 
 void QueryScene::describe(const ExactRay& ray, const std::vector<Crossing>& crossings,
                           std::vector<SurfaceHit>& hits) const {
-  std::vector<SurfacePoint> points(crossings.size());
-  parts_.kernel->describe(table(), ray, parts_.time, crossings, points);
   hits.resize(crossings.size());
+  describe_all(std::vector<const ExactRay*>(crossings.size(), &ray), crossings, hits);
+}
+
+void QueryScene::describe_all(std::span<const ExactRay* const> rays, std::span<const Crossing> crossings,
+                              std::span<SurfaceHit> hits) const {
+  std::vector<SurfacePoint> points(crossings.size());
+  parts_.kernel->describe(table(), rays, parts_.time, crossings, points);
   for (std::size_t i = 0; i < crossings.size(); ++i) {
     const Crossing& c = crossings[i];
+    const ExactRay& ray = *rays[i];
     SurfaceHit& hit = hits[i];
     hit.t = c.t;
     hit.p = V3d(ray.at(0, c.t), ray.at(1, c.t), ray.at(2, c.t)) + parts_.origin;
@@ -99,17 +105,41 @@ void QueryScene::describe(const ExactRay& ray, const std::vector<Crossing>& cros
 }
 
 std::vector<SurfaceHit> QueryScene::hits(const V3d& origin, const V3d& direction) const {
-  const V3d o = origin - parts_.origin;
-  // Brought to about unit length, by a power of two: what is not in double precision has floats' range.
-  const int exponent =
-      std::ilogb(std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)}));
-  const auto scaled = [&](double x) { return std::scalbn(x, -exponent); };
-  const ExactRay ray{{o.x, o.y, o.z}, {scaled(direction.x), scaled(direction.y), scaled(direction.z)}};
-  std::vector<Crossing> crossings;
-  parts_.kernel->find_crossings(structure_, ray, parts_.time, crossings);
-  std::vector<SurfaceHit> hits;
-  describe(ray, crossings, hits);
-  for (SurfaceHit& hit : hits) hit.t = scaled(hit.t);
+  const Line line{origin, direction};
+  return std::move(hits({&line, 1}).front());
+}
+
+std::vector<std::vector<SurfaceHit>> QueryScene::hits(std::span<const Line> lines) const {
+  std::vector<ExactRay> rays;
+  std::vector<int> exponents;
+  rays.reserve(lines.size()), exponents.reserve(lines.size());
+  std::vector<Crossing> found, crossings;
+  std::vector<const ExactRay*> ray_of;
+  std::vector<std::size_t> ends;
+  for (const auto& [origin, direction] : lines) {
+    const V3d o = origin - parts_.origin;
+    // Brought to about unit length, by a power of two: what is not in double precision has floats' range.
+    const int exponent =
+        std::ilogb(std::max({std::abs(direction.x), std::abs(direction.y), std::abs(direction.z)}));
+    const auto scaled = [&](double x) { return std::scalbn(x, -exponent); };
+    rays.push_back({{o.x, o.y, o.z}, {scaled(direction.x), scaled(direction.y), scaled(direction.z)}});
+    exponents.push_back(exponent);
+    parts_.kernel->find_crossings(structure_, rays.back(), parts_.time, found);
+    crossings.insert(crossings.end(), found.begin(), found.end());
+    ray_of.resize(crossings.size(), &rays.back());
+    ends.push_back(crossings.size());
+  }
+  std::vector<SurfaceHit> all(crossings.size());
+  describe_all(ray_of, crossings, all);
+  std::vector<std::vector<SurfaceHit>> hits;
+  hits.reserve(lines.size());
+  auto next = all.begin();
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const auto end = all.begin() + static_cast<std::ptrdiff_t>(ends[i]);
+    std::vector<SurfaceHit>& own = hits.emplace_back(next, end);
+    for (SurfaceHit& hit : own) hit.t = std::scalbn(hit.t, -exponents[i]);
+    next = end;
+  }
   return hits;
 }
 

@@ -55,6 +55,43 @@ TEST(QueryRays, KnowAllCrossingsOfATorus) {
   for (int k = 0; k < 4; ++k) EXPECT_NEAR(t[static_cast<std::size_t>(k)], expected[k], 1e-12);
 }
 
+/// Many rays at once have the same bits as one by one, whatever they are described with.
+TEST(QueryRays, AreTheSameTogether) {
+  const auto scene = load(R"(
+      shapes { torus { major_radius: 2 minor_radius: 0.5 } }
+      shapes { box { low: [-3,-3,-3] high: [-1,-1,-1] } }
+      shapes { implicit { expression: 'sin(3*x) + cos(2*y) - z' ball { radius: 2.5 } } }
+      shapes { implicit { expression: 'x^4 + y^4 + z^4 - 5*x^2 - 5*y^2 - 5*z^2 + 11.8' ball { radius: 4 } } }
+      shapes { csg { operation: DIFFERENCE parts { solid { sphere { radius: 1.5 } } }
+                     parts { solid { implicit { expression: 'x^2 + y^2 - 0.2' ball { radius: 2 } } } } } }
+      objects { name: 'o' shapes { sphere { radius: 1 } } }
+      instances { object: 'o' world_from_instance { elements: [2,0,0,1, 0,1,0,2, 0,0,1,0, 0,0,0,1] } })");
+  ASSERT_TRUE(scene.ok()) << scene.status();
+  std::mt19937 random(11);
+  std::normal_distribution<double> normal;
+  std::vector<QueryScene::Line> lines;
+  for (int i = 0; i < 1000; ++i) {
+    const V3d o(4 * normal(random), 4 * normal(random), 4 * normal(random));
+    const V3d target(normal(random), normal(random), normal(random));
+    lines.push_back({o, target - o});
+  }
+  const std::vector<std::vector<render::SurfaceHit>> together = (*scene)->hits(lines);
+  ASSERT_EQ(together.size(), lines.size());
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < lines.size(); ++i) {
+    const std::vector<render::SurfaceHit> alone = (*scene)->hits(lines[i].origin, lines[i].direction);
+    ASSERT_EQ(together[i].size(), alone.size());
+    all += alone.size();
+    for (std::size_t k = 0; k < alone.size(); ++k) {
+      const render::SurfaceHit &a = together[i][k], &b = alone[k];
+      EXPECT_TRUE(a.t == b.t && a.p == b.p && a.normal == b.normal && a.u == b.u && a.v == b.v)
+          << i << ' ' << k;
+      EXPECT_TRUE(a.from_front == b.from_front && a.shape == b.shape && a.instance == b.instance);
+    }
+  }
+  EXPECT_GT(all, 4000u);
+}
+
 TEST(QueryRays, TellTAlongDirectionsOfAnyLength) {
   const auto scene = load("shapes { box { low: [-1,-1,-1] high: [1,1,1] } }");
   ASSERT_TRUE(scene.ok()) << scene.status();
