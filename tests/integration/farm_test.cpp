@@ -60,20 +60,26 @@ TEST(Farm, CancellingStopsTheWorkers) {
       << "the exit code of a job that was cancelled";
 }
 
-/// Whether an image can be decoded is seen by the worker; all else the client says before anything is
-/// uploaded.
+/// Whether the pixels behind an image's header can be decoded is seen by the worker; all else the client says
+/// before anything is uploaded.
 TEST(Farm, ASceneThatCannotBeBuiltFailsTheJob) {
   FarmUnderTest farm;
   farm.add_worker(1);
-  const std::filesystem::path scene = farm.directory() / "bad.textproto";
-  std::ofstream{farm.directory() / "sky.exr"} << "this is no image";
+  const std::filesystem::path scene = farm.directory() / "bad.textproto",
+                              image = farm.directory() / "bad.png";
+  std::filesystem::copy_file("scenes/tiled-floor/tiles.png", image);
+  std::filesystem::resize_file(image, std::filesystem::file_size(image) / 2);
   std::ofstream{scene} << "camera { perspective { fov_degrees: 40 } }\n"
                           "film { width: 8 height: 8 }\n"
-                          "lights { infinite { image { path: 'sky.exr' } } }\n";
+                          "textures { name: 'tiles' image { image { path: 'bad.png' } } }\n"
+                          "materials { name: 'floor' diffuse { reflectance { texture: 'tiles' } } }\n"
+                          "shapes { material: 'floor' sphere { radius: 1 } }\n"
+                          "lights { infinite { radiance { constant: 1 } } }\n";
   const support::Finished done =
       tessera(farm.on_farm({"submit", scene.string(), "-o", (farm.directory() / "bad.exr").string()}));
   EXPECT_EQ(done.status.code, 5) << done.err;
   EXPECT_NE(done.err.find("failed"), std::string::npos) << done.err;
+  EXPECT_NE(done.err.find("bad.png"), std::string::npos) << done.err;
 }
 
 TEST(Farm, ANameThatRefersToNothingIsRefusedBeforeItIsUploaded) {
