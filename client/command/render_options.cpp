@@ -329,7 +329,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     exit_code = report(kBadScene, std::string{status_of(faults, loaded->imported).message()});
     return nullptr;
   };
-  // What chooses, renders.
+  // Choosing an integrator renders the scene.
   const bool chooses = asks_for_choice(options.job, loaded->imported.scene);
   std::vector<SceneFault> faults;
   if (chooses) faults = find_scene_faults(loaded->imported, nullptr);

@@ -285,7 +285,7 @@ TEST(IncludeRules, TheRendererKnowsNeitherGrpcNorProtobufOutsideBuild) {
   });
 }
 
-/// Whatever concerns itself with paths observes them (vertex/path_observer.h).
+/// Layers, guides, caches and the like observe paths (vertex/path_observer.h).
 TEST(IncludeRules, ScatteringKnowsNoObserver) {
   static const std::regex observers("layer|straight|glass|guide|recorder|reuse|cache|irradiance",
                                     std::regex::icase);

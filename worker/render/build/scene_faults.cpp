@@ -234,7 +234,7 @@ class FaultFinder {
   const RenderSpace space_;
   const std::unordered_map<std::string, const v1::Material*> named_materials_ = materials_of(scene_);
 
-  // What the builders fill is not looked at.
+  // Nobody looks at these, which the builders fill.
   std::vector<std::string> warnings_;
   TextureTable texture_table_;
   MaterialTable material_table_;

@@ -243,7 +243,7 @@ TEST(Lighting, PatchesOfALampAddUpToIt) {
     ASSERT_TRUE(all(light.lit));
     EXPECT_NEAR(light.irradiance.c[0].lane(0), expected, 1e-3 * expected);
     if (lamp.light >= 0) {
-      // As near as two radii of a soft one, too, which no highlight outshines.
+      // The same holds two radii from a soft one, which no highlight outshines.
       const LampLight near =
           light_of(content->tables, lamp, {Float(1.0f), Float(2.0f), Float(3.6f)}, Mask::all());
       EXPECT_NEAR(near.irradiance.c[0].lane(0), 5 / 0.36, 1e-3 * 5 / 0.36);

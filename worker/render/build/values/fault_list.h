@@ -1,4 +1,4 @@
-// What is wrong with the elements of a scene.
+// Faults of the elements of a scene.
 #pragma once
 
 #include <cstddef>

@@ -27,7 +27,7 @@ BsdfSample GuideSteering::sample(const Encounter& e, Vec2 u, Mask lanes) {
   const Float u_lobe = e.choice.y;
   const Mask both = lanes & guided_.followed;
   const Mask follow = both & (u_lobe < kGuideFraction);
-  // What is left of the number chooses the lobe.
+  // The rest of the number chooses the lobe.
   const Float rest = min((u_lobe - kGuideFraction) * (1 / (1 - kGuideFraction)), kOneMinusEpsilon);
   BsdfSample s =
       sample_scattering(scene_, v, select(both, max(rest, 0.0f), u_lobe), u, and_not(lanes, follow));

@@ -28,7 +28,7 @@ class GuideSteering final : public Steering {
   BsdfSample sample(const Encounter& e, Vec2 u, Mask lanes) override;
 
   const GuideField& field() const { return field_; }
-  // Of the latest encounter
+  // These are of the latest encounter.
   const GuideCells& cells() const { return cells_; }
   const Guided& guided() const { return guided_; }
   /// The density of the BSDF alone at the direction that was sampled.

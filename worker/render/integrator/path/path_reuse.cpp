@@ -88,7 +88,7 @@ void PathReuse::keep(int event, const Encounter& e, Mask lanes) {
   if (scene_.any_mix) scatter(e.roulette.y, mix_[event], slot, lanes);
 }
 
-/// What the samples have found so far is theirs alone.
+/// Sets aside the light that the samples have found so far, which is theirs alone.
 void PathReuse::set_apart(Int slot, Mask lanes) {
   const Spectrum before = gather_lanes<Spectrum>(own_, slot, lanes);
   scatter_lanes(before + batch_.take_radiance(slot, lanes), own_, slot, lanes);
