@@ -43,4 +43,10 @@ if [ -s "$TESSERA_SKIPS" ]; then
   say "skipped"
   sort -u "$TESSERA_SKIPS"
 fi
+if [ $result -ne 0 ]; then
+  # Again, and last: whoever sees no more than the end of a log sees why.
+  say "why it failed (all that was said: build/$preset/Testing/Temporary/LastTest.log)"
+  grep -h -A 5 -e ': Failure$' -e '^\[  FAILED  \]' -e 'ERROR: .*Sanitizer' Testing/Temporary/LastTest.log |
+    grep -v '^--$' | awk '!seen[$0]++' | head -n 40 || true
+fi
 exit $result

@@ -1,5 +1,6 @@
 #include "transport/channel.h"
 
+#include <grpc/grpc.h>
 #include <grpcpp/channel.h>
 #include <grpcpp/create_channel.h>
 #include <grpcpp/security/credentials.h>
@@ -18,9 +19,15 @@ namespace {
 // How late a request to stop may be noticed.
 constexpr std::chrono::milliseconds kLongestWait{50};
 
+/// Once begun, gRPC runs until the process ends. It would shut down with the last channel, and whoever makes
+/// the next one would wait up to ten seconds for that: the deadline of a thread that has helped with large
+/// messages (tcp_posix.cc of gRPC 1.51, run_poller).
+void keep_grpc_running() { [[maybe_unused]] static const bool kept = (grpc_init(), true); }
+
 }  // namespace
 
 grpc::ChannelArguments channel_arguments() {
+  keep_grpc_running();
   grpc::ChannelArguments arguments;
   arguments.SetMaxReceiveMessageSize(static_cast<int>(wire::kMaxMessageBytes));
   arguments.SetMaxSendMessageSize(static_cast<int>(wire::kMaxMessageBytes));

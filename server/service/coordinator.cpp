@@ -110,9 +110,13 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
       open_journal(options.data_dir, {.accept_loss = options.accept_loss});
   if (!opened_journal.ok()) return opened_journal.status();
   journal = *std::move(opened_journal);
-  const absl::StatusOr<std::shared_ptr<const LeaseSeal>> seal =
-      LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
-  if (!seal.ok()) return seal.status();
+  std::shared_ptr<const LeaseSeal> seal = options.seal;
+  if (seal == nullptr) {
+    auto own =
+        LeaseSeal::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lease-key");
+    if (!own.ok()) return own.status();
+    seal = *std::move(own);
+  }
   Quotas quotas = options.quotas;
   if (quotas.blob_bytes.of_all == Quotas::kUnbounded && !options.data_dir.empty()) {
     if (const absl::StatusOr<DiskSpace> disk = disk_space(options.data_dir); disk.ok())
@@ -133,7 +137,7 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
        .longest_run = options.longest_run,
        .order = options.order,
        .share_results = options.share_jobs || options.certificates.empty(),
-       .seal = *seal,
+       .seal = seal,
        .lived_time = options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "lived-time",
        .bits = options.same_bits ? v1::BITS_SAME : v1::BITS_ANY,
        .isa = options.isa,

@@ -22,6 +22,7 @@ namespace tessera::server {
 class BlobStore;
 class EndListener;
 class Farm;
+class LeaseSeal;
 
 struct CoordinatorOptions {
   /// "127.0.0.1:7070"; port 0 takes any free one. Empty: reachable from within the process only.
@@ -114,6 +115,9 @@ struct CoordinatorOptions {
   EndListener* listener = nullptr;
   /// Outlives the coordinator.
   FarmClock* clock = &machine_clock();
+  /// What seals leases, and whose key decides which results are audited, and by whom. Null: of the data
+  /// directory's own key, or a new one.
+  std::shared_ptr<const LeaseSeal> seal = {};
 };
 
 /// A running coordinator. All members may be called from any thread.

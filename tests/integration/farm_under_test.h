@@ -12,6 +12,7 @@
 
 #include "farm/farm_client.h"
 #include "support/process/process.h"
+#include "support/patience.h"
 #include "support/process/temp_dir.h"
 
 namespace tessera::integration {
@@ -22,9 +23,7 @@ std::string tessera_program();
 std::string server_program();
 std::string worker_program();
 
-/// Longest time that anything in these tests may take; reached only when it hangs, however busy the machine
-/// is.
-inline constexpr std::chrono::minutes kPatience{5};
+using support::kPatience;
 
 using Arguments = std::vector<std::string>;
 Arguments operator+(Arguments a, const Arguments& b);

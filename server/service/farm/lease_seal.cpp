@@ -40,8 +40,7 @@ absl::StatusOr<std::shared_ptr<const LeaseSeal>> LeaseSeal::open(const std::file
                        " holds no key. Delete it: a new one is made, and results that workers hold at "
                        "this moment are rendered again"));
     }
-    return std::shared_ptr<const LeaseSeal>(
-        new LeaseSeal(absl::HexStringToBytes(text.substr(0, 2 * kKeyBytes))));
+    return with_key(absl::HexStringToBytes(text.substr(0, 2 * kKeyBytes)));
   }
   std::string key(kKeyBytes, '\0');
   if (RAND_bytes(reinterpret_cast<unsigned char*>(key.data()), static_cast<int>(key.size())) != 1) {
@@ -51,6 +50,10 @@ absl::StatusOr<std::shared_ptr<const LeaseSeal>> LeaseSeal::open(const std::file
     const std::string text = absl::StrCat(absl::BytesToHexString(key), "\n");
     if (absl::Status status = base::replace_file(file, 0600, text); !status.ok()) return status;
   }
+  return with_key(std::move(key));
+}
+
+std::shared_ptr<const LeaseSeal> LeaseSeal::with_key(std::string key) {
   return std::shared_ptr<const LeaseSeal>(new LeaseSeal(std::move(key)));
 }
 

@@ -22,6 +22,8 @@ class LeaseSeal {
   /// The key in `file`, made when there is none; an empty path: a new one, in memory. Unavailable for a file
   /// that cannot be read or written, DataLoss for one that holds no key.
   static absl::StatusOr<std::shared_ptr<const LeaseSeal>> open(const std::filesystem::path& file);
+  /// With a key of `kKeyBytes` bytes that somebody else keeps.
+  static std::shared_ptr<const LeaseSeal> with_key(std::string key);
 
   /// Seals a token for a host.
   void seal(v1::LeaseToken& token, std::string_view host) const;

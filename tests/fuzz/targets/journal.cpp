@@ -133,7 +133,7 @@ bool accepts_journal(std::string_view bytes) {
                                                      .max_bytes = std::uint64_t{1} << 60,
                                                      .blobs = std::chrono::hours(1 << 20),
                                                      .interval = std::chrono::seconds(1)},
-                                       .seal = server::LeaseSeal::open({}).value()};
+                                       .seal = server::LeaseSeal::with_key(std::string(server::LeaseSeal::kKeyBytes, 'k'))};
   const auto farm = server::Farm::open(**journal, *blobs, options, [](const absl::Status&) {});
   if (!farm.ok()) {
     require(!farm.status().message().empty(), "an error without a message");

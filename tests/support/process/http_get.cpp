@@ -6,12 +6,9 @@
 #include <sys/time.h>
 #include <unistd.h>
 
+#include "support/patience.h"
+
 namespace tessera::support {
-namespace {
-
-constexpr int kPatienceSeconds = 20;  // for each piece of the answer
-
-}  // namespace
 
 std::string http_get(int port, const std::string& path) {
   const int connection = ::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -19,7 +16,7 @@ std::string http_get(int port, const std::string& path) {
   address.sin_family = AF_INET;
   address.sin_port = htons(static_cast<std::uint16_t>(port));
   address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-  const timeval patience{.tv_sec = kPatienceSeconds, .tv_usec = 0};
+  const timeval patience{.tv_sec = std::chrono::seconds{kPatience}.count(), .tv_usec = 0};
   ::setsockopt(connection, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
   std::string answer;
   const std::string request = "GET " + path + " HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";

@@ -7,14 +7,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "support/patience.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
 #include "wire/digest.h"
 
 namespace tessera::agent {
 namespace {
-
-constexpr std::chrono::seconds kPatience{20};
 
 const grpc::Status kUnknownWorker{grpc::StatusCode::NOT_FOUND, "no such worker"};
 const grpc::Status kMisread{grpc::StatusCode::UNIMPLEMENTED, ""};
@@ -287,7 +286,7 @@ void FakeCoordinator::ask_to_drain() {
 template <class Condition>
 bool FakeCoordinator::wait_for(Condition condition) {
   std::unique_lock lock{mutex_};
-  return changed_.wait_for(lock, kPatience, condition);
+  return changed_.wait_for(lock, support::kPatience, condition);
 }
 
 bool FakeCoordinator::wait_for_results(std::size_t count) {

@@ -7,14 +7,15 @@
 #include <string>
 
 #include "support/needs.h"
+#include "support/patience.h"
 #include "support/process/process.h"
 #include "support/process/temp_dir.h"
 
 namespace {
 
+using tessera::support::kPatience;
 using tessera::support::run_program;
 
-constexpr std::chrono::seconds kPatience{60};
 constexpr char kAnalyze[] = "/usr/bin/systemd-analyze";
 
 class SystemdUnits : public testing::TestWithParam<std::string> {

@@ -2,7 +2,10 @@
 
 #include <google/protobuf/util/time_util.h>
 
+#include "absl/strings/str_cat.h"
+#include "service/farm/lease_seal.h"
 #include "service/in_process.h"
+#include "support/long_form.h"
 #include "unit/server/requests.h"
 #include "wire/aov_channels.h"
 #include "wire/digest.h"
@@ -25,6 +28,11 @@ std::string payload_for(const v1::WorkUnit& unit, int seed) {
   return wire::encode_tile_result(result);
 }
 
+std::shared_ptr<const LeaseSeal> seal_of_tests() {
+  const std::string seed = absl::StrCat("seed ", test::how_often("TESSERA_SEED", 1, 2));
+  return LeaseSeal::with_key(wire::sha256_hex(seed).substr(0, LeaseSeal::kKeyBytes));
+}
+
 void CoordinatorTest::start(const std::filesystem::path& data_dir) {
   CoordinatorOptions options;
   options.data_dir = data_dir;
@@ -33,6 +41,7 @@ void CoordinatorTest::start(const std::filesystem::path& data_dir) {
 
 void CoordinatorTest::start(CoordinatorOptions options) {
   stop();
+  if (options.seal == nullptr) options.seal = seal_of_tests();
   auto started = Coordinator::start(std::move(options));
   ASSERT_TRUE(started.ok()) << started.status();
   coordinator_ = *std::move(started);

@@ -6,6 +6,7 @@
 #include <future>
 
 #include "service/farm/farm.h"
+#include "unit/server/coordinator_fixture.h"
 #include "unit/server/manual_clock.h"
 #include "unit/server/requests.h"
 #include "wire/digest.h"
@@ -88,7 +89,7 @@ FarmOptions farm_options(Retention retention) {
           .lease_timeout = std::chrono::seconds(8),
           .late_results = std::chrono::minutes(1),
           .retention = retention,
-          .seal = LeaseSeal::open({}).value()};
+          .seal = seal_of_tests()};
 }
 
 TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {

@@ -48,7 +48,7 @@ class FarmThreads : public testing::Test {
                                           .max_bytes = std::uint64_t{1} << 40,
                                           .blobs = hours(1),
                                           .interval = milliseconds(1)},
-                            .seal = LeaseSeal::open({}).value()},
+                            .seal = seal_of_tests()},
                            [](const absl::Status& why) { ADD_FAILURE() << why; });
     EXPECT_TRUE(farm.ok()) << farm.status();
     farm_ = *std::move(farm);

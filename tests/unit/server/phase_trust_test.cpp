@@ -319,7 +319,8 @@ TEST_F(PhaseTrustTest, AReaderWhoComplainsInVainIsToBlame) {
   ASSERT_TRUE(leases.leases(0).unit().has_tile());
   ASSERT_TRUE(cannot_read(reader, leases.leases(0)).ok());
   EXPECT_EQ(job(id).failures(), 1u) << "two have made the same blobs";
-  work({honest}, spec);
+  // The reader, too: its opinion is asked for where a unit of the other's is audited.
+  work({honest, reader}, spec);
   EXPECT_EQ(job(id).state(), v1::DONE);
   EXPECT_THAT(job(id).notes(), Not(Contains(HasSubstr("quarantine"))));
 }

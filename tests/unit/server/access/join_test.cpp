@@ -11,6 +11,7 @@
 
 #include "base/private_file.h"
 #include "service/coordinator.h"
+#include "support/patience.h"
 #include "support/process/temp_dir.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
@@ -39,7 +40,7 @@ std::string request_pem(EVP_PKEY* key) {
 grpc::StatusCode call_code(const std::shared_ptr<grpc::Channel>& channel, const std::string& method) {
   grpc::GenericStub stub{channel};
   grpc::ClientContext context;
-  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds{5});
+  context.set_deadline(std::chrono::system_clock::now() + support::kPatience);
   grpc::CompletionQueue queue;
   const auto call = stub.PrepareUnaryCall(&context, method, grpc::ByteBuffer{nullptr, 0}, &queue);
   call->StartCall();
@@ -298,7 +299,7 @@ TEST_F(Joining, ANewAuthorityCertifiesWithoutARestart) {
   // gRPC looks at the files of each port in its own time; until then it is asked again at a worker's pace.
   // The bound only ends a test that hangs.
   transport::Backoff backoff;
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::minutes{5};
+  const auto deadline = std::chrono::steady_clock::now() + support::kPatience;
   std::string token, certificate;
   while (!make_token("admin", 1, token).ok()) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline);

@@ -9,6 +9,7 @@
 #include <string>
 #include <thread>
 
+#include "support/patience.h"
 #include "transport/channel.h"
 #include "unit/server/coordinator_fixture.h"
 
@@ -35,7 +36,7 @@ class ListenerTest : public CoordinatorTest {
                                   grpc::InsecureChannelCredentials(), arguments));
     grpc::ClientContext context;
     context.set_wait_for_ready(true);
-    context.set_deadline(std::chrono::system_clock::now() + seconds{20});
+    context.set_deadline(std::chrono::system_clock::now() + support::kPatience);
     v1::ListJobsResponse response;
     return stub->ListJobs(&context, {}, &response);
   }

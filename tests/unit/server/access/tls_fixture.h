@@ -10,12 +10,14 @@
 #include <string>
 
 #include "service/coordinator.h"
+#include "support/patience.h"
 #include "support/process/temp_dir.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/farm.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
 #include "tls/authority.h"
 #include "transport/channel.h"
+#include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
 #include "wire/digest.h"
 
@@ -37,6 +39,7 @@ class TlsTest : public testing::Test {
     options.data_dir = folder_.path() / "data";
     options.certificates = farm_certificates() / "server";
     options.certificate_interval = std::chrono::seconds{1};
+    options.seal = seal_of_tests();
     auto started = Coordinator::start(options);
     ASSERT_TRUE(started.ok()) << started.status();
     coordinator_ = *std::move(started);
@@ -57,7 +60,7 @@ class TlsTest : public testing::Test {
 
   static grpc::Status list(const std::shared_ptr<grpc::Channel>& channel, v1::ListJobsResponse& jobs) {
     grpc::ClientContext context;
-    context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds{5});
+    context.set_deadline(std::chrono::system_clock::now() + support::kPatience);
     return v1::FarmService::NewStub(channel)->ListJobs(&context, {}, &jobs);
   }
   static grpc::StatusCode list_code(const std::shared_ptr<grpc::Channel>& channel) {

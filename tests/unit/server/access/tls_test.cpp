@@ -9,6 +9,7 @@
 #include <thread>
 
 #include "base/freer.h"
+#include "support/patience.h"
 #include "support/process/tcp_proxy.h"
 #include "transport/tls.h"
 #include "unit/server/access/tls_fixture.h"
@@ -205,7 +206,7 @@ TEST_F(Tls, RenewedCertificatesAreTakenUpWithoutARestart) {
   const fs::path old_alice = folder_.path() / "old-alice";
   fs::copy(farm_certificates() / "client-alice", old_alice);
   ASSERT_TRUE(write_farm_certificates(farm_certificates(), {}, {"alice"}).ok());
-  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds{20};
+  const auto deadline = std::chrono::steady_clock::now() + support::kPatience;
   while (list_code(channel_of("client-alice")) != grpc::StatusCode::OK) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "the new certificates were not taken up";
   }

@@ -22,6 +22,7 @@
 
 #include "base/freer.h"
 #include "service/web/event_stream.h"
+#include "support/patience.h"
 #include "support/process/temp_dir.h"
 #include "tls/authority.h"
 #include "transport/tls.h"
@@ -33,7 +34,6 @@ namespace {
 
 using std::chrono::seconds;
 
-constexpr int kPatienceSeconds = 60;  // for what comes at once: a test that fails does not hang
 const std::string kOfAda = "GET / HTTP/1.1\r\nHost: localhost\r\nCookie: ada\r\n\r\n";
 const std::string kStreamOfAda = "GET /stream HTTP/1.1\r\nHost: localhost\r\nCookie: ada\r\n\r\n";
 const std::string kOfAStranger = "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n";
@@ -46,7 +46,7 @@ class Connection {
     address.sin_family = AF_INET;
     address.sin_port = htons(static_cast<std::uint16_t>(port));
     address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    const timeval patience{.tv_sec = kPatienceSeconds, .tv_usec = 0};
+    const timeval patience{.tv_sec = seconds{support::kPatience}.count(), .tv_usec = 0};
     ::setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof(patience));
     EXPECT_EQ(::connect(socket_, reinterpret_cast<const sockaddr*>(&address), sizeof(address)), 0);
   }
