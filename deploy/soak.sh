@@ -27,7 +27,7 @@ concerned() {
   changed=$(changed_files)
   case "$changed" in *worker/render/*) echo 'statistical|stress' ;; esac
   case "$changed" in *server/* | *worker/agent/* | *proto/*) echo 'integration|load|scenario' ;; esac
-  case "$changed" in *client/import/* | *proto/wire/* | *proto/images/*) echo 'fuzz' ;; esac
+  case "$changed" in *client/import/* | *proto/wire/* | *lib/images/*) echo 'fuzz' ;; esac
 }
 
 if [ $# -gt 0 ]; then

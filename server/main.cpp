@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/synchronization/mutex.h"
 #include "base/address.h"
+#include "net/grpc_log.h"
 #include "notify/webhook_message.h"
 #include "notify/webhook_url.h"
 #include "notify/webhooks.h"
@@ -20,7 +21,6 @@
 #include "service/coordinator.h"
 #include "telemetry/log.h"
 #include "tls/authority.h"
-#include "transport/grpc_log.h"
 #include "wire/version.h"
 
 namespace {
@@ -355,7 +355,7 @@ int main(int argc, char** argv) {
   tessera::server::CoordinatorOptions options = coordinator_options(given);
   tessera::telemetry::set_up_log(given.log);
   options.lines = tessera::telemetry::keep_recent_lines();
-  tessera::transport::log_grpc();
+  tessera::net::log_grpc();
   if (!given.new_certificates.empty()) {
     const absl::Status status =
         tessera::server::write_farm_certificates(given.new_certificates, given.hosts, given.users);

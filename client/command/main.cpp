@@ -2,11 +2,11 @@
 #include "base/freed_memory.h"
 #include "command/command.h"
 #include "command/interrupt.h"
-#include "transport/grpc_log.h"
+#include "net/grpc_log.h"
 
 int main(int argc, char** argv) {
   using namespace tessera::client;
-  tessera::transport::mute_grpc();
+  tessera::net::mute_grpc();
   tessera::base::keep_freed_memory();
   Interrupt interrupt;
   CommandLine line{interrupt};

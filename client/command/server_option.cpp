@@ -6,9 +6,9 @@
 #include "absl/strings/str_cat.h"
 #include "base/address.h"
 #include "command/exit_code.h"
-#include "transport/channel.h"
-#include "transport/probe.h"
-#include "transport/status.h"
+#include "net/channel.h"
+#include "net/probe.h"
+#include "net/status.h"
 
 namespace tessera::client {
 
@@ -25,7 +25,7 @@ void define_server_option(options::Command& command, ServerOption& option) {
 }
 
 absl::StatusOr<std::unique_ptr<FarmClient>> connect(const ServerOption& option, bool quiet) {
-  auto channel = transport::make_channel(
+  auto channel = net::make_channel(
       option.address, {.allow_insecure = option.allow_insecure, .certificates = option.certificates});
   if (!channel.ok()) return channel.status();
   FarmClientOptions options;
@@ -41,29 +41,29 @@ namespace {
 absl::Status explained(const absl::Status& status, const ServerOption& option) {
   constexpr std::chrono::milliseconds kPatience{1000};
   const absl::StatusOr<base::HostPort> address = base::parse_host_port(option.address);
-  if (!address.ok() || !transport::is_transient(status) || absl::IsCancelled(status)) return status;
+  if (!address.ok() || !net::is_transient(status) || absl::IsCancelled(status)) return status;
   const bool encrypted = !option.certificates.empty();
   const auto unreachable = [&](const std::string& why) {
     return absl::UnavailableError(absl::StrCat(why, "\n  (", std::string{status.message()}, ")"));
   };
-  switch (transport::probe(*address, kPatience)) {
-    case transport::Speaks::kNobody:
+  switch (net::probe(*address, kPatience)) {
+    case net::Speaks::kNobody:
       return absl::UnavailableError(absl::StrCat("no coordinator at ", option.address,
                                                  " (is tessera-server running? --server, TESSERA_SERVER)"));
-    case transport::Speaks::kTls:
+    case net::Speaks::kTls:
       if (!encrypted) {
         return absl::UnavailableError(
             absl::StrCat(option.address, " speaks TLS: give --tls DIR (TESSERA_TLS)"));
       }
       return unreachable(absl::StrCat(option.address, " and the certificates in ", option.certificates,
                                       " do not go together, or it does not answer"));
-    case transport::Speaks::kPlain:
+    case net::Speaks::kPlain:
       if (encrypted) {
         return absl::UnavailableError(
             absl::StrCat(option.address, " does not speak TLS: leave --tls (TESSERA_TLS) away"));
       }
       break;
-    case transport::Speaks::kUnclear:
+    case net::Speaks::kUnclear:
       return unreachable(
           absl::StrCat("what listens at ", option.address, " is no coordinator, or does not answer"));
   }

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "transport/status.h"
+#include "net/status.h"
 
 namespace tessera::client {
 
@@ -24,7 +24,7 @@ void Contact::succeeded() {
 
 absl::Status Contact::failed(const absl::Status& status, std::stop_token stop) {
   if (stop.stop_requested()) return absl::CancelledError("interrupted");
-  if (!transport::is_transient(status)) return status;
+  if (!net::is_transient(status)) return status;
   if (!broken_) {
     broken_ = true;
     broken_since_ = Clock::now();

@@ -11,7 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "base/printable.h"
-#include "transport/backoff.h"
+#include "net/backoff.h"
 #include "wire/printable_message.h"
 
 namespace tessera::client {
@@ -27,8 +27,7 @@ class Contact {
   /// Errors that may pass are waited out for `first_patience` while the coordinator was never reached, later
   /// for `later_patience`. `notice` is told once a break that contact is lost, and that it is back.
   Contact(std::string address, std::chrono::milliseconds first_patience,
-          std::chrono::milliseconds later_patience, Notice notice,
-          Wait wait = transport::interruptible_sleep);
+          std::chrono::milliseconds later_patience, Notice notice, Wait wait = net::interruptible_sleep);
 
   /// Repeats `call`, which returns a StatusOr, until it succeeds, fails for good, or patience is at an end.
   /// The text of a message, which others have written, is safe to be shown.
@@ -60,7 +59,7 @@ class Contact {
   const std::chrono::milliseconds later_patience_;
   const Notice notice_;
   const Wait wait_;
-  transport::Backoff backoff_{std::chrono::milliseconds{100}, std::chrono::milliseconds{1000}};
+  net::Backoff backoff_{std::chrono::milliseconds{100}, std::chrono::milliseconds{1000}};
   bool reached_ = false;
   bool broken_ = false;
   Clock::time_point broken_since_;

@@ -6,8 +6,8 @@
 
 #include "base/printable.h"
 #include "farm/stubs.h"
-#include "transport/call.h"
-#include "transport/channel.h"
+#include "net/call.h"
+#include "net/channel.h"
 
 namespace tessera::client {
 namespace {
@@ -28,7 +28,7 @@ FarmClient::FarmClient(std::shared_ptr<grpc::Channel> channel, FarmClientOptions
           Stubs{v1::FarmService::NewStub(channel), v1::BlobService::NewStub(channel)})),
       contact_(options.address, options.first_contact_patience, options.later_patience,
                std::move(options.notice), [channel](milliseconds delay, std::stop_token stop) {
-                 return transport::wait_for_connection(*channel, delay, std::move(stop));
+                 return net::wait_for_connection(*channel, delay, std::move(stop));
                }) {}
 
 FarmClient::~FarmClient() = default;
@@ -45,8 +45,8 @@ absl::StatusOr<std::string> FarmClient::submit(const v1::JobSpec& spec, const Re
   request.set_continued(reuse.continued);
   request.set_fresh(reuse.fresh);
   auto response = contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::SubmitJob, request, "SubmitJob",
+                           contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->job_id();
@@ -56,15 +56,15 @@ absl::StatusOr<v1::GetJobResponse> FarmClient::job(const std::string& job_id, st
   v1::GetJobRequest request;
   request.set_job_id(job_id);
   return contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::GetJob, request, "GetJob",
+                           contact_.address(), kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<std::vector<v1::JobStatus>> FarmClient::jobs(std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{},
-                                 "ListJobs", contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListJobs, v1::ListJobsRequest{}, "ListJobs",
+                           contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return std::vector<v1::JobStatus>{response->jobs().begin(), response->jobs().end()};
@@ -74,8 +74,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::cancel(const std::string& job_id, std:
   v1::CancelJobRequest request;
   request.set_job_id(job_id);
   auto response = contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::CancelJob, request, "CancelJob",
+                           contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -87,8 +87,8 @@ absl::Status FarmClient::delete_job(const std::string& job_id, std::stop_token s
   return contact_
       .retried(stop,
                [&] {
-                 return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request,
-                                              "DeleteJob", contact_.address(), kCallTimeout, stop);
+                 return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::DeleteJob, request,
+                                        "DeleteJob", contact_.address(), kCallTimeout, stop);
                })
       .status();
 }
@@ -97,8 +97,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::
   v1::RetryJobRequest request;
   request.set_job_id(job_id);
   auto response = contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::RetryJob, request, "RetryJob",
+                           contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -106,8 +106,8 @@ absl::StatusOr<v1::JobStatus> FarmClient::retry(const std::string& job_id, std::
 
 absl::StatusOr<v1::JobStatus> FarmClient::adjust(const v1::AdjustJobRequest& request, std::stop_token stop) {
   auto response = contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::AdjustJob, request, "AdjustJob",
+                           contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->status();
@@ -119,8 +119,8 @@ absl::Status FarmClient::trust(const std::string& host, std::stop_token stop) {
   return contact_
       .retried(stop,
                [&] {
-                 return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request,
-                                              "TrustHost", contact_.address(), kCallTimeout, stop);
+                 return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::TrustHost, request,
+                                        "TrustHost", contact_.address(), kCallTimeout, stop);
                })
       .status();
 }
@@ -131,8 +131,8 @@ absl::StatusOr<std::string> FarmClient::make_join_token(std::chrono::seconds lif
   request.mutable_lifetime()->set_seconds(lifetime.count());
   request.set_uses(uses);
   auto response = contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeJoinToken, request,
-                                 "MakeJoinToken", contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeJoinToken, request, "MakeJoinToken",
+                           contact_.address(), kCallTimeout, stop);
   });
   if (!response.ok()) return response.status();
   return response->token();
@@ -143,22 +143,22 @@ absl::StatusOr<v1::MakeWebTokenResponse> FarmClient::make_web_token(std::chrono:
   v1::MakeWebTokenRequest request;
   request.mutable_lifetime()->set_seconds(lifetime.count());
   return contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeWebToken, request, "MakeWebToken",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::MakeWebToken, request, "MakeWebToken",
+                           contact_.address(), kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<v1::ExpelResponse> FarmClient::expel(const v1::ExpelRequest& request, std::stop_token stop) {
   return contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel",
-                                 contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::Expel, request, "Expel", contact_.address(),
+                           kCallTimeout, stop);
   });
 }
 
 absl::StatusOr<v1::ListWorkersResponse> FarmClient::members(std::stop_token stop) {
   return contact_.retried(stop, [&] {
-    return transport::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{},
-                                 "ListWorkers", contact_.address(), kCallTimeout, stop);
+    return net::unary_call(*stubs_->farm, &v1::FarmService::Stub::ListWorkers, v1::ListWorkersRequest{},
+                           "ListWorkers", contact_.address(), kCallTimeout, stop);
   });
 }
 
@@ -192,7 +192,7 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
 
   grpc::ClientContext context;
   std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
-  transport::StallGuard guard{context, kWatchStall};
+  net::StallGuard guard{context, kWatchStall};
   const auto reader = stubs_->farm->WatchJob(&context, request);
   v1::WatchJobResponse response;
   while (reader->Read(&response)) {
@@ -204,7 +204,7 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
   const grpc::Status status = reader->Finish();
   const std::string call = absl::StrCat("WatchJob at ", contact_.address());
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": nothing came for 15 s"));
-  return status.ok() ? absl::OkStatus() : transport::from_grpc(status, call);
+  return status.ok() ? absl::OkStatus() : net::from_grpc(status, call);
 }
 
 }  // namespace tessera::client

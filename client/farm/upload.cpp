@@ -7,8 +7,8 @@
 
 #include "farm/farm_client.h"
 #include "farm/stubs.h"
-#include "transport/call.h"
-#include "transport/upload.h"
+#include "net/call.h"
+#include "net/upload.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -18,7 +18,7 @@ constexpr std::chrono::milliseconds kUploadCallTimeout = std::chrono::seconds{30
 constexpr int kMaxCorruptUploads = 3;
 
 /// Reads a blob from memory, or from its file.
-transport::BlobPieces pieces_of(const SceneBlob& blob) {
+net::BlobPieces pieces_of(const SceneBlob& blob) {
   if (blob.file.empty()) {
     return {blob.ref, [&blob](std::uint64_t offset, std::size_t size) -> absl::StatusOr<std::string> {
               return blob.bytes.substr(offset, size);
@@ -75,8 +75,8 @@ absl::StatusOr<std::vector<v1::BlobRef>> FarmClient::find_missing(const std::vec
     const std::size_t end = std::min(blobs.size(), begin + wire::kMaxFindMissing);
     for (std::size_t i = begin; i < end; ++i) *request.add_blobs() = blobs[i]->ref;
     auto response = contact_.retried(stop, [&] {
-      return transport::unary_call(*stubs_->blob, &v1::BlobService::Stub::FindMissing, request, "FindMissing",
-                                   contact_.address(), kUploadCallTimeout, stop);
+      return net::unary_call(*stubs_->blob, &v1::BlobService::Stub::FindMissing, request, "FindMissing",
+                             contact_.address(), kUploadCallTimeout, stop);
     });
     if (!response.ok()) return response.status();
     missing.insert(missing.end(), response->missing().begin(), response->missing().end());
@@ -91,7 +91,7 @@ absl::StatusOr<std::uint64_t> FarmClient::upload_blob(const SceneBlob& blob, con
     const auto done = contact_.retried(stop, [&]() -> absl::StatusOr<bool> {
       const auto count = [&](std::uint64_t bytes) { told(sent += bytes); };
       const absl::Status status =
-          transport::upload_rest(*stubs_->blob, pieces_of(blob), contact_.address(), stop, count);
+          net::upload_rest(*stubs_->blob, pieces_of(blob), contact_.address(), stop, count);
       if (status.ok()) return true;
       // The stored part did not fit: the next attempt asks anew where it ends.
       if (absl::IsDataLoss(status) || absl::IsOutOfRange(status)) return false;

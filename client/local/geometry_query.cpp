@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "local/scene_blobs.h"
-#include "render/build/load_query.h"
+#include "render/scene/load_query.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::client {

@@ -4,8 +4,8 @@
 #include <utility>
 
 #include "local/awaited.h"
+#include "net/backoff.h"
 #include "service/farm/farm.h"
-#include "transport/backoff.h"
 #include "wire/printable_message.h"
 
 namespace tessera::client {
@@ -121,7 +121,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
     // The farm has news at least every second; were one lost, the next would do.
     if (more) continue;
     news->wait(stop, std::chrono::seconds{2});
-    transport::interruptible_sleep(kGathering, stop);
+    net::interruptible_sleep(kGathering, stop);
   }
   return absl::CancelledError("WatchJob: it was given up");
 }

@@ -1,9 +1,9 @@
 #include "local/local_link.h"
 
 #include "local/awaited.h"
+#include "net/backoff.h"
 #include "service/farm/farm.h"
 #include "store/blobs/blob_store.h"
-#include "transport/backoff.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
@@ -79,8 +79,8 @@ absl::Status LocalLink::upload(const UnitBlob& blob, std::stop_token) {
   return status;
 }
 
-bool LocalLink::wait(transport::Backoff& backoff, std::stop_token stop) {
-  return transport::interruptible_sleep(backoff.next(), std::move(stop));
+bool LocalLink::wait(net::Backoff& backoff, std::stop_token stop) {
+  return net::interruptible_sleep(backoff.next(), std::move(stop));
 }
 
 }  // namespace tessera::client

@@ -27,7 +27,7 @@ class LocalLink final : public agent::CoordinatorLink {
   absl::Status deregister(const v1::DeregisterRequest& request) override;
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) override;
   absl::Status upload(const UnitBlob& blob, std::stop_token stop) override;
-  bool wait(transport::Backoff& backoff, std::stop_token stop) override;
+  bool wait(net::Backoff& backoff, std::stop_token stop) override;
 
  private:
   server::Farm& farm_;

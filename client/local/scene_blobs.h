@@ -8,7 +8,7 @@
 
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "store/blobs/blob_store.h"
 
 namespace tessera::client {

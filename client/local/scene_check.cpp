@@ -1,7 +1,7 @@
 #include "local/scene_check.h"
 
 #include "local/scene_blobs.h"
-#include "render/build/scene_faults.h"
+#include "render/scene/scene_faults.h"
 
 namespace tessera::client {
 namespace {

@@ -64,7 +64,7 @@ function(tessera_in_batches target)
 endfunction()
 
 # tessera_library(NAME SOURCES... [DEPENDS targets...] [PRECOMPILED set]): a static library of this folder.
-# The include root is the top-level folder that it lies in (proto/, server/, worker/, client/).
+# The include root is the top-level folder that it lies in (proto/, lib/, server/, worker/, client/).
 function(tessera_library name)
   cmake_parse_arguments(arg "" "PRECOMPILED" "DEPENDS" ${ARGN})
   add_library(${name} STATIC ${arg_UNPARSED_ARGUMENTS})
@@ -191,7 +191,7 @@ endfunction()
 
 # Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor
 # family has. Each ISA's objects are linked into one module that exports a single function
-# (worker/render/integrator/kernel.h), so that no inline function compiled for a newer ISA can be picked up by
+# (worker/render/kernel/kernel.h), so that no inline function compiled for a newer ISA can be picked up by
 # code that must run everywhere.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(known_isas avx2 avx512)
@@ -237,7 +237,8 @@ foreach(isa ${TESSERA_ISAS})
   set(name tessera_wide_kernel_${isa})
   file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/wide_kernel.cpp CONTENT "")
   add_library(${name} OBJECT ${CMAKE_BINARY_DIR}/wide_kernel.cpp)
-  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/worker ${CMAKE_SOURCE_DIR}/proto)
+  target_include_directories(${name} PUBLIC ${CMAKE_SOURCE_DIR}/worker ${CMAKE_SOURCE_DIR}/proto
+    ${CMAKE_SOURCE_DIR}/lib)
   target_compile_definitions(${name} PUBLIC TESSERA_ISA=${isa})
   target_compile_options(${name} PUBLIC ${TESSERA_ISA_FLAGS_${isa}} ${TESSERA_KERNEL_FLAGS})
   target_link_libraries(${name} PUBLIC hwy::hwy tessera_options)

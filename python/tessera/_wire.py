@@ -23,7 +23,7 @@ MAX_MESSAGE_BYTES = 96 << 20
 BLOB_CHUNK_BYTES = 1 << 20
 MAX_FIND_MISSING = 10000
 
-# Those of proto/transport/channel.cpp.
+# Those of lib/net/channel.cpp.
 _CHANNEL_OPTIONS = [
     ("grpc.max_receive_message_length", MAX_MESSAGE_BYTES),
     ("grpc.max_send_message_length", MAX_MESSAGE_BYTES),
@@ -113,7 +113,7 @@ def _is_loopback(address: str) -> bool:
 def _open_channel(address: str, tls: str | Path | None, allow_insecure: bool) -> Any:
     if tls:
         folder = Path(tls)
-        # TLS 1.3 alone, as the programs (proto/transport/tls.cpp); read once, before the first connection.
+        # TLS 1.3 alone, as the programs (lib/net/tls.cpp); read once, before the first connection.
         os.environ["GRPC_SSL_CIPHER_SUITES"] = "PSK-AES256-GCM-SHA384"
         credentials = grpc.ssl_channel_credentials(
             root_certificates=(folder / "ca.pem").read_bytes(),

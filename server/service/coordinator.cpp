@@ -14,13 +14,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/address.h"
-#include "net/connection_calls.h"
-#include "net/descriptors.h"
+#include "connections/connection_calls.h"
+#include "connections/descriptors.h"
+#include "net/tls.h"
+#include "net/x509.h"
 #include "service/coordinator_impl.h"
 #include "service/rpc/access.h"
 #include "tls/own_certificate.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
 #include "wire/limits.h"
 #include "wire/version.h"
 
@@ -43,11 +43,11 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(
     if (absl::Status s = base::check_unencrypted_allowed(address, options.allow_insecure); !s.ok()) return s;
     return grpc::InsecureServerCredentials();
   }
-  if (absl::Status s = transport::check_certificates(options.certificates); !s.ok()) {
+  if (absl::Status s = net::check_certificates(options.certificates); !s.ok()) {
     return absl::InvalidArgumentError(s.message());
   }
   if (absl::Status s = check_own_certificate(options.certificates); !s.ok()) return s;
-  auto credentials = transport::server_credentials(options.certificates, options.certificate_interval);
+  auto credentials = net::server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_by_role(std::move(expelled), std::move(members)));
   return credentials;
 }
@@ -57,10 +57,10 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials_for(
 std::vector<std::string> names_of_page(const std::string& host, const std::filesystem::path& certificates) {
   std::vector<std::string> names{host};
   if (!certificates.empty()) {
-    std::ifstream file{certificates / transport::kCertificateFile};
-    const transport::Certificate own =
-        transport::certificate_from_pem(std::string{std::istreambuf_iterator<char>{file}, {}});
-    if (own != nullptr) std::ranges::copy(transport::host_names_of(own.get()), std::back_inserter(names));
+    std::ifstream file{certificates / net::kCertificateFile};
+    const net::Certificate own =
+        net::certificate_from_pem(std::string{std::istreambuf_iterator<char>{file}, {}});
+    if (own != nullptr) std::ranges::copy(net::host_names_of(own.get()), std::back_inserter(names));
   }
   char machine[256] = "";
   if (::gethostname(machine, sizeof(machine) - 1) == 0) names.emplace_back(machine);
@@ -280,7 +280,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   builder.SetResourceQuota(
       grpc::ResourceQuota{"calls"}.Resize(kMaxArrivingBytes + most_connections * kBytesPerConnection));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, kMaxStreamsPerConnection);
-  // Clients ping every 10 s (transport/channel.cpp); and a client whose machine is gone is noticed here too.
+  // Clients ping every 10 s (net/channel.cpp); and a client whose machine is gone is noticed here too.
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 10'000);

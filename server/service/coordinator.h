@@ -10,7 +10,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "net/connections.h"
+#include "connections/connections.h"
 #include "scheduler/turn_order.h"
 #include "service/farm/accounts.h"
 #include "service/farm/farm_clock.h"
@@ -36,7 +36,7 @@ struct CoordinatorOptions {
   /// Where blobs are kept, when whoever starts the coordinator holds them already. Empty: below the data
   /// directory, or in memory.
   std::shared_ptr<BlobStore> blobs;
-  /// Certificates of a server (transport/tls.h), whose renewal is noticed; empty: no encryption, and
+  /// Certificates of a server (net/tls.h), whose renewal is noticed; empty: no encryption, and
   /// everybody may do everything.
   std::string certificates = {};
   std::chrono::seconds certificate_interval{10};

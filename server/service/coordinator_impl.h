@@ -8,8 +8,8 @@
 #include <mutex>
 #include <optional>
 
-#include "net/connections.h"
-#include "net/listener.h"
+#include "connections/connections.h"
+#include "connections/listener.h"
 #include "service/coordinator.h"
 #include "service/farm/accounts.h"
 #include "service/farm/farm.h"

@@ -7,8 +7,8 @@
 #include <cerrno>
 #include <system_error>
 
+#include "net/channel.h"
 #include "service/coordinator_impl.h"
-#include "transport/channel.h"
 
 namespace tessera::server {
 
@@ -23,7 +23,7 @@ std::shared_ptr<grpc::Channel> in_process_channel(Coordinator& coordinator) {
   }
   // Both ends belong to gRPC from here on.
   grpc::AddInsecureChannelFromFd(coordinator.impl().server.get(), ends[0]);
-  return grpc::CreateCustomInsecureChannelFromFd("in-process", ends[1], transport::channel_arguments());
+  return grpc::CreateCustomInsecureChannelFromFd("in-process", ends[1], net::channel_arguments());
 }
 
 }  // namespace tessera::server

@@ -9,7 +9,7 @@
 #include <array>
 #include <utility>
 
-#include "net/connections.h"
+#include "connections/connections.h"
 #include "service/farm/farm.h"
 #include "service/rpc/open_streams.h"
 #include "telemetry/metrics.h"

@@ -17,9 +17,9 @@
 #include "absl/strings/str_join.h"
 #include "base/freer.h"
 #include "base/private_file.h"
-#include "transport/authorities.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
+#include "net/authorities.h"
+#include "net/tls.h"
+#include "net/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -30,8 +30,8 @@ using Clock = std::chrono::system_clock;
 constexpr std::chrono::hours kDay{24};
 constexpr auto kAuthorityLife = 3650 * kDay;
 
-using transport::Certificate;
-using transport::Key;
+using net::Certificate;
+using net::Key;
 
 absl::Status openssl_error(const std::string& what) {
   std::array<char, 256> reason{};
@@ -41,11 +41,11 @@ absl::Status openssl_error(const std::string& what) {
 }
 
 absl::Status write_key(EVP_PKEY* key, const fs::path& folder) {
-  return base::replace_file(folder / transport::kKeyFile, 0600, transport::to_pem(key));
+  return base::replace_file(folder / net::kKeyFile, 0600, net::to_pem(key));
 }
 
 absl::Status write_certificate(X509* certificate, const fs::path& path) {
-  return base::replace_file(path, 0644, transport::to_pem(certificate));
+  return base::replace_file(path, 0644, net::to_pem(certificate));
 }
 
 absl::StatusOr<std::string> read_file(const fs::path& path) {
@@ -148,13 +148,13 @@ Authority& Authority::operator=(Authority&&) noexcept = default;
 Authority::~Authority() = default;
 
 absl::StatusOr<Authority> Authority::open_existing(const fs::path& folder) {
-  const absl::StatusOr<std::string> certificate = read_file(folder / transport::kTrustedFile);
+  const absl::StatusOr<std::string> certificate = read_file(folder / net::kTrustedFile);
   if (!certificate.ok()) return certificate.status();
-  const absl::StatusOr<std::string> key = read_file(folder / transport::kKeyFile);
+  const absl::StatusOr<std::string> key = read_file(folder / net::kKeyFile);
   if (!key.ok()) return key.status();
   auto parts = std::make_unique<Parts>();
-  parts->certificate = transport::certificate_from_pem(*certificate);
-  parts->key = transport::key_from_pem(*key);
+  parts->certificate = net::certificate_from_pem(*certificate);
+  parts->key = net::key_from_pem(*key);
   if (parts->certificate == nullptr || parts->key == nullptr ||
       X509_check_private_key(parts->certificate.get(), parts->key.get()) != 1) {
     ERR_clear_error();
@@ -166,9 +166,9 @@ absl::StatusOr<Authority> Authority::open_existing(const fs::path& folder) {
 
 absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
   if (auto s = base::make_folder(folder); !s.ok()) return s;
-  if (fs::exists(folder / transport::kTrustedFile)) return open_existing(folder);
+  if (fs::exists(folder / net::kTrustedFile)) return open_existing(folder);
   auto parts = std::make_unique<Parts>();
-  parts->key = transport::make_key();
+  parts->key = net::make_key();
   if (parts->key == nullptr) return openssl_error("making a key");
   const auto now = Clock::now();
   parts->certificate =
@@ -183,18 +183,18 @@ absl::StatusOr<Authority> Authority::open(const fs::path& folder) {
   }
   // The certificate last: without it, there is no authority yet.
   if (auto s = write_key(parts->key.get(), folder); !s.ok()) return s;
-  if (auto s = write_certificate(c, folder / transport::kTrustedFile); !s.ok()) return s;
+  if (auto s = write_certificate(c, folder / net::kTrustedFile); !s.ok()) return s;
   return Authority{std::move(parts)};
 }
 
-std::string Authority::certificate_pem() const { return transport::to_pem(parts_->certificate.get()); }
+std::string Authority::certificate_pem() const { return net::to_pem(parts_->certificate.get()); }
 
-std::string Authority::digest() const { return transport::digest_of(parts_->certificate.get()); }
+std::string Authority::digest() const { return net::digest_of(parts_->certificate.get()); }
 
 bool Authority::is_trusted_by(const fs::path& folder) const {
-  const absl::StatusOr<std::string> trusted = read_file(folder / transport::kTrustedFile);
+  const absl::StatusOr<std::string> trusted = read_file(folder / net::kTrustedFile);
   if (!trusted.ok()) return false;
-  const std::vector<Certificate> known = transport::certificates_from_pem(*trusted);
+  const std::vector<Certificate> known = net::certificates_from_pem(*trusted);
   return std::any_of(known.begin(), known.end(), [&](const Certificate& certificate) {
     return X509_cmp(certificate.get(), parts_->certificate.get()) == 0;
   });
@@ -202,29 +202,29 @@ bool Authority::is_trusted_by(const fs::path& folder) const {
 
 absl::Status Authority::issue(const Identity& identity, const fs::path& folder, Clock::time_point begin,
                               Clock::time_point end) const {
-  const Key key = transport::make_key();
+  const Key key = net::make_key();
   if (key == nullptr) return openssl_error("making a key");
   const absl::StatusOr<Certificate> certificate = parts_->sign(key.get(), identity, begin, end);
   if (!certificate.ok()) return certificate.status();
   if (auto s = base::make_folder(folder); !s.ok()) return s;
   if (auto s = write_key(key.get(), folder); !s.ok()) return s;
-  if (auto s = write_certificate(certificate->get(), folder / transport::kCertificateFile); !s.ok()) return s;
-  return write_certificate(parts_->certificate.get(), folder / transport::kTrustedFile);
+  if (auto s = write_certificate(certificate->get(), folder / net::kCertificateFile); !s.ok()) return s;
+  return write_certificate(parts_->certificate.get(), folder / net::kTrustedFile);
 }
 
 absl::StatusOr<std::string> Authority::certify(const std::string& request_pem, const Identity& identity,
                                                Clock::time_point begin, Clock::time_point end) const {
-  const transport::CertificateRequest request = transport::request_from_pem(request_pem);
+  const net::CertificateRequest request = net::request_from_pem(request_pem);
   EVP_PKEY* const key = request == nullptr ? nullptr : X509_REQ_get0_pubkey(request.get());
   if (key == nullptr) return absl::InvalidArgumentError("this is no request for a certificate in PEM");
-  if (!transport::is_usual_key(key))
+  if (!net::is_usual_key(key))
     return absl::InvalidArgumentError("the key of the request is not one on P-256");
   const bool proved = X509_REQ_verify(request.get(), key) == 1;
   ERR_clear_error();
   if (!proved) return absl::InvalidArgumentError("the request is not signed with its own key");
   const absl::StatusOr<Certificate> certificate = parts_->sign(key, identity, begin, end);
   if (!certificate.ok()) return certificate.status();
-  return transport::to_pem(certificate->get());
+  return net::to_pem(certificate->get());
 }
 
 absl::Status write_farm_certificates(const fs::path& folder, const std::vector<std::string>& hosts,

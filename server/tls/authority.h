@@ -37,7 +37,7 @@ class Authority {
   ~Authority();
 
   /// Makes a key and a certificate, valid from `begin` to `end`, and writes them with the authority's own
-  /// certificate into `folder`, under the names of transport/tls.h. What is there is replaced, file by file.
+  /// certificate into `folder`, under the names of net/tls.h. What is there is replaced, file by file.
   /// The key is readable by its owner only.
   absl::Status issue(const Identity& identity, const std::filesystem::path& folder,
                      std::chrono::system_clock::time_point begin,
@@ -53,7 +53,7 @@ class Authority {
   /// Its own certificate, and the SHA-256 of that.
   std::string certificate_pem() const;
   std::string digest() const;
-  /// Whether it is among those that a program's folder (transport/tls.h) trusts.
+  /// Whether it is among those that a program's folder (net/tls.h) trusts.
   bool is_trusted_by(const std::filesystem::path& folder) const;
 
  private:

@@ -6,9 +6,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/private_file.h"
+#include "net/x509.h"
 #include "tls/authority.h"
 #include "tls/unix_time.h"
-#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -22,8 +22,8 @@ bool is_name(std::string_view name) {
 }  // namespace
 
 std::optional<std::chrono::system_clock::time_point> time_made(std::string_view certificate_pem) {
-  const transport::Certificate certificate = transport::certificate_from_pem(certificate_pem);
-  const auto begin = certificate == nullptr ? std::nullopt : transport::begin_of(certificate.get());
+  const net::Certificate certificate = net::certificate_from_pem(certificate_pem);
+  const auto begin = certificate == nullptr ? std::nullopt : net::begin_of(certificate.get());
   if (!begin) return std::nullopt;
   return *begin + kClockSlack;  // they begin a while before
 }

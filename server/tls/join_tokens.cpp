@@ -12,8 +12,8 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "base/private_file.h"
+#include "net/join_token.h"
 #include "tls/unix_time.h"
-#include "transport/join_token.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -59,7 +59,7 @@ absl::StatusOr<std::string> JoinTokens::make(std::chrono::seconds life, std::uin
     return absl::InvalidArgumentError(
         absl::StrCat("a join token lives for 1 second to 30 days and is used 1 to ", kMostUses, " times"));
   }
-  std::array<unsigned char, transport::JoinToken::kSecretDigits / 2> random{};
+  std::array<unsigned char, net::JoinToken::kSecretDigits / 2> random{};
   if (RAND_bytes(random.data(), static_cast<int>(random.size())) != 1) {
     return absl::InternalError("no random numbers for a join token");
   }

@@ -7,7 +7,7 @@
 
 namespace tessera::server {
 
-/// InvalidArgument, saying what to do, when the key in `folder` (transport/tls.h) can be read by every user
+/// InvalidArgument, saying what to do, when the key in `folder` (net/tls.h) can be read by every user
 /// of the machine. OK where there is no key.
 absl::Status check_private_key(const std::filesystem::path& folder);
 

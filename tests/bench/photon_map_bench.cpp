@@ -5,8 +5,8 @@
 #include <random>
 #include <vector>
 
-#include "render/integrator/photon_map/photon.h"
-#include "render/integrator/photon_map/photon_map.h"
+#include "render/transport/photon_map/photon.h"
+#include "render/transport/photon_map/photon_map.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

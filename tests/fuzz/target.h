@@ -20,7 +20,7 @@ struct Target {
 extern const Target kExr;
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene;
-// ---- proto/wire, proto/images, proto/layers, proto/expression
+// ---- proto/wire, lib/images, lib/layers, lib/expression
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression, kPhaseBlob,
     kPackedInstances;
 // ---- server

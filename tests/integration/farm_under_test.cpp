@@ -14,7 +14,7 @@
 #include <utility>
 
 #include "image/exr.h"
-#include "transport/channel.h"
+#include "net/channel.h"
 #include "wire/digest.h"
 
 namespace tessera::integration {
@@ -100,7 +100,7 @@ FarmUnderTest::FarmUnderTest(std::vector<std::string> wrapper, std::vector<std::
 }
 
 std::unique_ptr<client::FarmClient> FarmUnderTest::new_client() const {
-  auto channel = transport::make_channel(address_, {.allow_insecure = true});
+  auto channel = net::make_channel(address_, {.allow_insecure = true});
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
   return std::make_unique<client::FarmClient>(*std::move(channel),
                                               client::FarmClientOptions{.address = address_});

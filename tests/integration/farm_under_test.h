@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "farm/farm_client.h"
-#include "support/process/process.h"
 #include "support/patience.h"
+#include "support/process/process.h"
 #include "support/process/temp_dir.h"
 
 namespace tessera::integration {

@@ -12,9 +12,9 @@
 #include "agent/link/session.h"
 #include "agent/stores/blob_fetcher.h"
 #include "agent/unit_renderer.h"
+#include "net/backoff.h"
+#include "net/status.h"
 #include "telemetry/log.h"
-#include "transport/backoff.h"
-#include "transport/status.h"
 #include "wire/limits.h"
 #include "wire/version.h"
 
@@ -124,7 +124,7 @@ class Agent::Work {
 };
 
 absl::Status Agent::Work::lease_units(std::stop_token stop) {
-  transport::Backoff backoff{milliseconds{100}, milliseconds{2000}};
+  net::Backoff backoff{milliseconds{100}, milliseconds{2000}};
   bool warned = false;
   while (true) {
     leases_.wait_until_hungry(stop);
@@ -150,7 +150,7 @@ absl::Status Agent::Work::lease_units(std::stop_token stop) {
       session_.lost(*worker_id);
       continue;
     }
-    if (transport::is_refusal(response.status())) return response.status();
+    if (net::is_refusal(response.status())) return response.status();
     if (!warned) spdlog::warn("{}; trying again", response.status().ToString());
     warned = true;
     link_.wait(backoff, stop);

@@ -12,7 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 
 namespace tessera::agent {
 

@@ -19,12 +19,12 @@
 #include "agent/stores/blob_cache.h"
 #include "base/address.h"
 #include "base/freed_memory.h"
+#include "net/channel.h"
+#include "net/grpc_log.h"
 #include "options/program.h"
 #include "telemetry/log.h"
 #include "telemetry/metrics_server.h"
 #include "telemetry/recent_lines.h"
-#include "transport/channel.h"
-#include "transport/grpc_log.h"
 #include "wire/limits.h"
 #include "wire/version.h"
 
@@ -194,7 +194,7 @@ int run_worker(const Options& options, const std::shared_ptr<telemetry::RecentLi
     spdlog::error("{}", std::string(joined.message()));
     return absl::IsInvalidArgument(joined) ? kUsage : kUnreachable;
   }
-  const auto channel = transport::make_channel(
+  const auto channel = net::make_channel(
       options.server, {.allow_insecure = options.allow_insecure, .certificates = options.certificates});
   if (!channel.ok()) {
     std::cerr << "tessera-worker: " << channel.status().message() << '\n';
@@ -255,6 +255,6 @@ int main(int argc, char** argv) {
   options.log.worker = tessera::worker_name(options);
   tessera::telemetry::set_up_log(options.log);
   const auto lines = tessera::telemetry::keep_recent_lines();
-  tessera::transport::log_grpc();
+  tessera::net::log_grpc();
   return tessera::run_worker(options, lines);
 }

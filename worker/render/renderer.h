@@ -1,5 +1,5 @@
 // The renderer as the worker's agent sees it. No gRPC and no protobuf here; scenes are made by
-// build/load_scene.h.
+// scene/load_scene.h.
 #pragma once
 
 #include <array>
@@ -79,7 +79,7 @@ class RenderScene {
   /// Wishes of the scene that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
-  /// Names the light of the scene that the algorithm would never find (build/light/unseen_light.h); empty
+  /// Names the light of the scene that the algorithm would never find (scene/light/unseen_light.h); empty
   /// where it finds all.
   virtual std::string unseen_light(const std::string& algorithm) const { return ""; }
 

@@ -16,10 +16,10 @@
 #include "absl/time/time.h"
 #include "base/printable.h"
 #include "local/local_farm.h"
-#include "transport/channel.h"
-#include "transport/probe.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
+#include "net/channel.h"
+#include "net/probe.h"
+#include "net/tls.h"
+#include "net/x509.h"
 #include "wire/version.h"
 
 namespace tessera::client {
@@ -76,12 +76,12 @@ std::string date_of(std::chrono::system_clock::time_point time) {
 Finding examine_certificate(const std::string& path) {
   std::ifstream in(path);
   const std::string pem{std::istreambuf_iterator<char>{in}, {}};
-  const transport::Certificate certificate = transport::certificate_from_pem(pem);
+  const net::Certificate certificate = net::certificate_from_pem(pem);
   if (certificate == nullptr)
     return {Health::kFault, "certificates", absl::StrCat(path, " is no certificate"), ""};
-  const auto begin = transport::begin_of(certificate.get()), end = transport::end_of(certificate.get());
+  const auto begin = net::begin_of(certificate.get()), end = net::end_of(certificate.get());
   if (!begin || !end) return {Health::kFault, "certificates", absl::StrCat(path, " has no dates"), ""};
-  const std::string text = absl::StrCat(path, " (", base::printable(transport::name_of(certificate.get())),
+  const std::string text = absl::StrCat(path, " (", base::printable(net::name_of(certificate.get())),
                                         "), from ", date_of(*begin), " to ", date_of(*end));
   const auto now = std::chrono::system_clock::now();
   const std::string renew = "renew it on the coordinator's machine: tessera-server --init-tls DIR";
@@ -100,8 +100,8 @@ std::vector<Finding> examine_port(const ServerOption& server) {
              "tessera config set server HOST:PORT"}};
   }
   const bool encrypted = !server.certificates.empty();
-  switch (transport::probe(*address, std::chrono::milliseconds(2000))) {
-    case transport::Speaks::kNobody:
+  switch (net::probe(*address, std::chrono::milliseconds(2000))) {
+    case net::Speaks::kNobody:
       if (server.address == ServerOption{}.address)
         return {{Health::kNote, "coordinator", absl::StrCat("nobody listens at ", server.address),
                  "`tessera render` needs none; for a farm: tessera config set server HOST:PORT"}};
@@ -109,16 +109,16 @@ std::vector<Finding> examine_port(const ServerOption& server) {
           {Health::kFault, "coordinator", absl::StrCat("nobody listens at ", server.address),
            "start tessera-server there, open the port in the firewall, or name another: tessera config set "
            "server HOST:PORT"}};
-    case transport::Speaks::kTls:
+    case net::Speaks::kTls:
       if (encrypted) return {};
       return {{Health::kFault, "coordinator",
                absl::StrCat(server.address, " speaks TLS, and no certificates are named"),
                "tessera config set tls DIR"}};
-    case transport::Speaks::kPlain:
+    case net::Speaks::kPlain:
       if (!encrypted) return {};
       return {{Health::kFault, "coordinator", absl::StrCat(server.address, " does not speak TLS"),
                "start it with --tls, or leave tls out of the configuration (TESSERA_TLS)"}};
-    case transport::Speaks::kUnclear:
+    case net::Speaks::kUnclear:
       return {{Health::kFault, "coordinator",
                absl::StrCat("what listens at ", server.address, " is no coordinator"), "check the port"}};
   }
@@ -143,10 +143,10 @@ std::vector<Finding> examine_machine() {
 std::vector<Finding> examine_certificates(const std::string& folder) {
   if (folder.empty()) return {{Health::kWell, "certificates", "none: no encryption, this machine only", ""}};
   std::vector<Finding> findings;
-  if (const absl::Status status = transport::check_certificates(folder); !status.ok())
+  if (const absl::Status status = net::check_certificates(folder); !status.ok())
     findings.push_back({Health::kFault, "certificates", std::string{status.message()},
                         "docs/farm.md says how they are made; tessera config set tls DIR"});
-  for (const char* const file : {transport::kCertificateFile, transport::kTrustedFile}) {
+  for (const char* const file : {net::kCertificateFile, net::kTrustedFile}) {
     const std::string path = absl::StrCat(folder, "/", file);
     if (std::error_code error; std::filesystem::exists(path, error))
       findings.push_back(examine_certificate(path));

@@ -1,8 +1,8 @@
 #include "service/farm/identities.h"
 
+#include "net/x509.h"
 #include "scheduler/identity.h"
 #include "service/rpc/access.h"
-#include "transport/x509.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -14,9 +14,9 @@ std::string Identities::of(const grpc::AuthContext* context) {
     const std::lock_guard lock{mutex_};
     if (const auto found = by_pem_.find(pem); found != by_pem_.end()) return found->second;
   }
-  const transport::Certificate certificate = transport::certificate_from_pem(pem);
+  const net::Certificate certificate = net::certificate_from_pem(pem);
   const std::string digest =
-      certificate == nullptr ? wire::sha256_hex(pem) : transport::key_digest_of(certificate.get());
+      certificate == nullptr ? wire::sha256_hex(pem) : net::key_digest_of(certificate.get());
   const std::lock_guard lock{mutex_};
   if (by_pem_.size() >= kMostKept) by_pem_.clear();
   return by_pem_[pem] = digest.substr(0, kFingerprintDigits);

@@ -6,12 +6,12 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
-#include "transport/status.h"
+#include "net/status.h"
 
 namespace tessera::server {
 
 inline grpc::ServerUnaryReactor* answer(grpc::ServerUnaryReactor* reactor, const absl::Status& status) {
-  reactor->Finish(transport::to_grpc(status));
+  reactor->Finish(net::to_grpc(status));
   return reactor;
 }
 

@@ -3,8 +3,8 @@
 #include <spdlog/spdlog.h>
 
 #include "absl/strings/str_cat.h"
+#include "net/status.h"
 #include "service/rpc/answer.h"
-#include "transport/status.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
 
@@ -35,18 +35,17 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
 
  private:
   void start(BlobStore& blobs, const v1::DownloadRequest& request) {
-    if (absl::Status status = stream_.admitted(); !status.ok()) return Finish(transport::to_grpc(status));
-    if (absl::Status status = check_digest(request.blob()); !status.ok())
-      return Finish(transport::to_grpc(status));
+    if (absl::Status status = stream_.admitted(); !status.ok()) return Finish(net::to_grpc(status));
+    if (absl::Status status = check_digest(request.blob()); !status.ok()) return Finish(net::to_grpc(status));
     const std::string& digest = request.blob().digest();
     if (request.doubted()) {
       if (absl::Status status = drop_if_damaged(blobs, digest); !status.ok()) {
         spdlog::error("{}", std::string(status.message()));
-        return Finish(transport::to_grpc(status));
+        return Finish(net::to_grpc(status));
       }
     }
     auto reader = blobs.read(digest);
-    if (!reader.ok()) return Finish(transport::to_grpc(reader.status()));
+    if (!reader.ok()) return Finish(net::to_grpc(reader.status()));
     reader_ = *std::move(reader);
     send_chunk();
   }
@@ -54,7 +53,7 @@ class DownloadReactor final : public grpc::ServerWriteReactor<v1::DownloadRespon
   void send_chunk() {
     if (offset_ >= reader_->size()) return Finish(grpc::Status::OK);
     absl::StatusOr<std::string> bytes = reader_->read(offset_, wire::kBlobChunkBytes);
-    if (!bytes.ok()) return Finish(transport::to_grpc(bytes.status()));
+    if (!bytes.ok()) return Finish(net::to_grpc(bytes.status()));
     offset_ += bytes->size();
     message_.set_data(*std::move(bytes));
     stream_.begin_message();

@@ -17,7 +17,7 @@ Caller caller(const grpc::CallbackServerContext& context) { return caller_of(con
 /// The answer to a watcher that may not watch.
 class RefusedWatch final : public grpc::ServerWriteReactor<v1::WatchJobResponse> {
  public:
-  explicit RefusedWatch(const absl::Status& why) { Finish(transport::to_grpc(why)); }
+  explicit RefusedWatch(const absl::Status& why) { Finish(net::to_grpc(why)); }
   void OnDone() override { delete this; }
 };
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "net/listener.h"
+#include "connections/listener.h"
 
 namespace tessera::server {
 

@@ -4,14 +4,14 @@
 
 #include "absl/strings/str_cat.h"
 #include "base/address.h"
+#include "net/join_token.h"
+#include "net/tls.h"
+#include "net/x509.h"
 #include "scheduler/identity.h"
 #include "service/rpc/access.h"
 #include "service/rpc/answer.h"
 #include "telemetry/log.h"
 #include "tls/expelled.h"
-#include "transport/join_token.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -68,8 +68,8 @@ JoinServer::JoinServer(const JoinOptions& options, Authority authority, const Wr
 
 JoinServer::Written JoinServer::written(const std::filesystem::path& folder) {
   std::error_code error;
-  return {.key = std::filesystem::last_write_time(folder / transport::kKeyFile, error),
-          .certificate = std::filesystem::last_write_time(folder / transport::kTrustedFile, error)};
+  return {.key = std::filesystem::last_write_time(folder / net::kKeyFile, error),
+          .certificate = std::filesystem::last_write_time(folder / net::kTrustedFile, error)};
 }
 
 std::shared_ptr<const Authority> JoinServer::authority() {
@@ -101,8 +101,7 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
 
   std::unique_ptr<JoinServer> server{
       new JoinServer{options, *std::move(authority), read, *std::move(tokens)}};
-  const auto credentials =
-      transport::open_server_credentials(options.certificates, options.certificate_interval);
+  const auto credentials = net::open_server_credentials(options.certificates, options.certificate_interval);
   credentials->SetAuthMetadataProcessor(access_to_joining());
   grpc::ServerBuilder builder;
   builder.RegisterService(server->service_.get());
@@ -131,16 +130,16 @@ JoinServer::~JoinServer() {
 absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, std::uint32_t uses) {
   absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
   if (!secret.ok()) return secret.status();
-  return transport::JoinToken{.port = static_cast<std::uint16_t>(port()),
-                              .authority_digest = authority()->digest(),
-                              .secret = *std::move(secret)}
+  return net::JoinToken{.port = static_cast<std::uint16_t>(port()),
+                        .authority_digest = authority()->digest(),
+                        .secret = *std::move(secret)}
       .to_string();
 }
 
 absl::StatusOr<std::string> JoinServer::name_for(const v1::JoinRequest& request) const {
-  const transport::CertificateRequest asked = transport::request_from_pem(request.request_pem());
+  const net::CertificateRequest asked = net::request_from_pem(request.request_pem());
   if (asked == nullptr) return absl::InvalidArgumentError("this is no request for a certificate in PEM");
-  const std::string key = transport::key_digest_of(asked.get());
+  const std::string key = net::key_digest_of(asked.get());
   // Somebody may have looked for a key whose first digits are another's.
   std::size_t digits = kShownDigits;
   const auto name_with = [&] {

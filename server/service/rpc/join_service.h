@@ -10,7 +10,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "net/listener.h"
+#include "connections/listener.h"
 #include "tessera/v1/join.grpc.pb.h"
 #include "tls/authority.h"
 #include "tls/join_tokens.h"

@@ -2,10 +2,10 @@
 
 #include <optional>
 
+#include "net/status.h"
 #include "service/rpc/access.h"
 #include "service/rpc/blob_upload.h"
 #include "telemetry/log.h"
-#include "transport/status.h"
 
 namespace tessera::server {
 namespace {
@@ -46,7 +46,7 @@ class UploadReactor final : public grpc::ServerReadReactor<v1::UploadRequest> {
     response_->set_received_bytes(upload_->received_bytes());
     // Stored parts are found by the next call as soon as the client has the answer.
     upload_.reset();
-    Finish(transport::to_grpc(status));
+    Finish(net::to_grpc(status));
   }
 
   absl::Status finish() {

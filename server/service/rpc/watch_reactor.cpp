@@ -5,7 +5,7 @@
 #include <mutex>
 #include <optional>
 
-#include "transport/status.h"
+#include "net/status.h"
 
 namespace tessera::server {
 namespace {
@@ -27,7 +27,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
     if (const absl::Status status = stream_->admitted(); !status.ok()) {
       const std::shared_ptr<WatchReactor> self = self_;
       const std::lock_guard lock(mutex_);
-      finish(transport::to_grpc(status));
+      finish(net::to_grpc(status));
       return;
     }
     farm_.subscribe([self = self_] { return self->wake(); });
@@ -75,7 +75,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
     if (farm_.stopping()) return finish({grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"});
 
     absl::StatusOr<WatchBatch> batch = farm_.next_results(job_, after_, status_only_);
-    if (!batch.ok()) return finish(transport::to_grpc(batch.status()));
+    if (!batch.ok()) return finish(net::to_grpc(batch.status()));
     const bool status_due = !last_message_ || farm_.clock().now() - *last_message_ >= kStatusInterval;
     if (batch->response.results().empty() && !batch->finished && !status_due) return true;
     message_ = std::move(batch->response);

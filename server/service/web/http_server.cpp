@@ -15,11 +15,11 @@
 #include <vector>
 
 #include "base/address.h"
+#include "net/authorities.h"
+#include "net/tls.h"
+#include "net/x509.h"
 #include "service/web/event_stream.h"
 #include "telemetry/log.h"
-#include "transport/authorities.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -69,11 +69,11 @@ std::string certificate_of(MHD_Connection* connection, const std::string& author
   const gnutls_datum_t* const chain = gnutls_certificate_get_peers(session, &count);
   if (chain == nullptr || count == 0) return "";
   const unsigned char* der = chain[0].data;
-  const transport::Certificate certificate{d2i_X509(nullptr, &der, static_cast<long>(chain[0].size))};
+  const net::Certificate certificate{d2i_X509(nullptr, &der, static_cast<long>(chain[0].size))};
   // libmicrohttpd knows those authorities alone that were there when it began.
   const bool is_signed =
-      certificate != nullptr && transport::check_signed(authorities, certificate.get(), "caller").ok();
-  return is_signed ? transport::to_pem(certificate.get()) : "";
+      certificate != nullptr && net::check_signed(authorities, certificate.get(), "caller").ok();
+  return is_signed ? net::to_pem(certificate.get()) : "";
 }
 
 /// A stream that libmicrohttpd reads from.

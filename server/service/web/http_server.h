@@ -9,7 +9,7 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "net/connections.h"
+#include "connections/connections.h"
 #include "service/farm/farm_clock.h"
 #include "service/web/http.h"
 #include "service/web/own_certificates.h"
@@ -24,7 +24,7 @@ ConnectionLimits page_limits(bool is_loopback);
 
 struct HttpOptions {
   std::string address;       // HOST:PORT; port 0 takes a free one
-  std::string certificates;  // folder of the server (transport/tls.h), whose renewal is noticed; empty: no
+  std::string certificates;  // folder of the server (net/tls.h), whose renewal is noticed; empty: no
                              // encryption
   std::optional<ConnectionLimits> limits = {};  // absent: page_limits
   std::size_t most_of_member = 32;              // connections that serve one member; more are as strangers'

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "transport/tls.h"
+#include "net/tls.h"
 
 namespace tessera::server {
 namespace {
@@ -58,9 +58,9 @@ OwnCertificates::~OwnCertificates() = default;
 
 OwnCertificates::Written OwnCertificates::written(const std::filesystem::path& folder) {
   std::error_code error;
-  return {.key = std::filesystem::last_write_time(folder / transport::kKeyFile, error),
-          .certificate = std::filesystem::last_write_time(folder / transport::kCertificateFile, error),
-          .trusted = std::filesystem::last_write_time(folder / transport::kTrustedFile, error)};
+  return {.key = std::filesystem::last_write_time(folder / net::kKeyFile, error),
+          .certificate = std::filesystem::last_write_time(folder / net::kCertificateFile, error),
+          .trusted = std::filesystem::last_write_time(folder / net::kTrustedFile, error)};
 }
 
 bool OwnCertificates::has_news(const std::filesystem::path& folder) {
@@ -72,11 +72,11 @@ absl::Status OwnCertificates::read(const std::filesystem::path& folder) {
   // Before they are read: what is written meanwhile is news.
   const Written seen = written(folder);
   auto pair = std::make_unique<Pair>();
-  std::string trusted = file_contents(folder / transport::kTrustedFile);
-  absl::Status status = transport::check_certificates(folder.string());
+  std::string trusted = file_contents(folder / net::kTrustedFile);
+  absl::Status status = net::check_certificates(folder.string());
   if (status.ok()) {
-    const int code = pair->read(file_contents(folder / transport::kCertificateFile),
-                                file_contents(folder / transport::kKeyFile));
+    const int code =
+        pair->read(file_contents(folder / net::kCertificateFile), file_contents(folder / net::kKeyFile));
     if (code < 0) {
       status = absl::InvalidArgumentError(
           absl::StrCat(folder.string(), ": GnuTLS cannot use its certificate: ", gnutls_strerror(code)));

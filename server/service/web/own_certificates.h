@@ -16,14 +16,14 @@ struct gnutls_privkey_st;
 
 namespace tessera::server {
 
-/// Key, certificate and authorities of a folder (transport/tls.h), read anew when the files change.
+/// Key, certificate and authorities of a folder (net/tls.h), read anew when the files change.
 /// Thread-safe.
 class OwnCertificates {
  public:
   OwnCertificates();
   ~OwnCertificates();
 
-  /// Reads them. Errors as transport::check_certificates; then those that were there before stay.
+  /// Reads them. Errors as net::check_certificates; then those that were there before stay.
   absl::Status read(const std::filesystem::path& folder);
   /// Whether the files were written since read() last looked at them.
   bool has_news(const std::filesystem::path& folder);

@@ -11,11 +11,11 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "net/x509.h"
 #include "service/web/json_text.h"
 #include "service/web/pages.h"
 #include "service/web/request_guard.h"
 #include "telemetry/log.h"
-#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -140,12 +140,12 @@ absl::StatusOr<Visitor> WebSite::identify(const HttpRequest& request, const std:
   if (!options_.encrypted) return Visitor{};
   std::optional<Visitor> who = logins_.find(session_of(request), Clock::now());
   if (!who && !request.certificate.empty()) {
-    const transport::Certificate certificate = transport::certificate_from_pem(request.certificate);
+    const net::Certificate certificate = net::certificate_from_pem(request.certificate);
     if (certificate != nullptr) {
       who.emplace();
       who->certificate = request.certificate;
-      who->caller.user = transport::name_of(certificate.get());
-      for (const std::string& uri : transport::uris_of(certificate.get())) {
+      who->caller.user = net::name_of(certificate.get());
+      for (const std::string& uri : net::uris_of(certificate.get())) {
         if (const auto role = role_of_uri(uri)) who->caller.role = role;
       }
     }

@@ -5,7 +5,7 @@
 
 #include "fuzz/mutate_message.h"
 #include "fuzz/target.h"
-#include "render/build/shape/csg.h"
+#include "render/scene/shape/csg.h"
 #include "wire/csg_limits.h"
 #include "wire/mesh_blob.h"
 

@@ -125,15 +125,16 @@ bool accepts_journal(std::string_view bytes) {
     return false;
   }
   const std::unique_ptr<server::BlobStore> blobs = server::make_memory_blob_store();
-  const server::FarmOptions options = {.heartbeat_interval = std::chrono::seconds(1),
-                                       .lease_timeout = std::chrono::seconds(8),
-                                       .late_results = std::chrono::minutes(1),
-                                       .retention = {.fetched = std::chrono::hours(1 << 20),
-                                                     .unfetched = std::chrono::hours(1 << 20),
-                                                     .max_bytes = std::uint64_t{1} << 60,
-                                                     .blobs = std::chrono::hours(1 << 20),
-                                                     .interval = std::chrono::seconds(1)},
-                                       .seal = server::LeaseSeal::with_key(std::string(server::LeaseSeal::kKeyBytes, 'k'))};
+  const server::FarmOptions options = {
+      .heartbeat_interval = std::chrono::seconds(1),
+      .lease_timeout = std::chrono::seconds(8),
+      .late_results = std::chrono::minutes(1),
+      .retention = {.fetched = std::chrono::hours(1 << 20),
+                    .unfetched = std::chrono::hours(1 << 20),
+                    .max_bytes = std::uint64_t{1} << 60,
+                    .blobs = std::chrono::hours(1 << 20),
+                    .interval = std::chrono::seconds(1)},
+      .seal = server::LeaseSeal::with_key(std::string(server::LeaseSeal::kKeyBytes, 'k'))};
   const auto farm = server::Farm::open(**journal, *blobs, options, [](const absl::Status&) {});
   if (!farm.ok()) {
     require(!farm.status().message().empty(), "an error without a message");

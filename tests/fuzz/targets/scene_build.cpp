@@ -6,7 +6,7 @@
 
 #include "fuzz/mutate_message.h"
 #include "fuzz/target.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "scheduler/work_plan.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "integration/phases/histogram_traits.h"
-#include "render/integrator/kernel.h"
+#include "render/kernel/kernel.h"
 
 namespace tessera::render {
 namespace {

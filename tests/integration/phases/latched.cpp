@@ -7,7 +7,7 @@
 #include <thread>
 
 #include "integration/phases/latched_traits.h"
-#include "render/integrator/kernel.h"
+#include "render/kernel/kernel.h"
 #include "render/renderer.h"
 
 namespace tessera::render {

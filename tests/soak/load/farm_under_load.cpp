@@ -8,8 +8,8 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "net/channel.h"
 #include "store/journal.h"
-#include "transport/channel.h"
 #include "wire/digest.h"
 
 namespace tessera::load {
@@ -133,7 +133,7 @@ FarmUnderLoad::FarmUnderLoad(std::string server_program, std::vector<std::string
     : program_(std::move(server_program)), arguments_(std::move(arguments)), wrapper_(std::move(wrapper)) {
   if (prepare) prepare(directory_.path() / "data");
   start("127.0.0.1:0");
-  auto channel = transport::make_channel(address_);
+  auto channel = net::make_channel(address_);
   if (!channel.ok()) throw std::runtime_error{channel.status().ToString()};
   client_ = std::make_unique<client::FarmClient>(*std::move(channel),
                                                  client::FarmClientOptions{.address = address_});

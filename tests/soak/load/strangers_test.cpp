@@ -11,12 +11,12 @@
 #include <thread>
 
 #include "base/address.h"
+#include "net/channel.h"
 #include "soak/load/farm_under_load.h"
 #include "soak/load/wait_for.h"
 #include "support/long_form.h"
 #include "support/process/idle_connections.h"
 #include "support/process/tcp_proxy.h"
-#include "transport/channel.h"
 
 namespace tessera::load {
 namespace {
@@ -49,7 +49,7 @@ class SoftLimit {
 
 /// Somebody who was never there before.
 absl::Status call_anew(const std::string& address) {
-  auto channel = transport::make_channel(address);
+  auto channel = net::make_channel(address);
   if (!channel.ok()) return channel.status();
   return client::FarmClient{*std::move(channel), {.address = address}}.jobs({}).status();
 }
@@ -96,7 +96,7 @@ class HalfCalls {
  public:
   /// On one connection. They share the memory of `request`.
   HalfCalls(const std::string& address, std::size_t calls, const grpc::ByteBuffer& request) : calls_(calls) {
-    grpc::ChannelArguments arguments = transport::channel_arguments();
+    grpc::ChannelArguments arguments = net::channel_arguments();
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     grpc::GenericStub stub{grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments)};
     for (Call& call : calls_) {

@@ -10,9 +10,9 @@
 #include <thread>
 #include <tuple>
 
+#include "net/channel.h"
+#include "net/status.h"
 #include "tessera/v1/work.grpc.pb.h"
-#include "transport/channel.h"
-#include "transport/status.h"
 #include "wire/aov_channels.h"
 #include "wire/limits.h"
 #include "wire/tile_result.h"
@@ -36,7 +36,7 @@ LatencyHistogram::Duration since(Clock::time_point start) {
 
 /// A connection of its own: channels of equal arguments would share one.
 std::shared_ptr<grpc::Channel> connect(const std::string& address) {
-  grpc::ChannelArguments arguments = transport::channel_arguments();
+  grpc::ChannelArguments arguments = net::channel_arguments();
   arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
   return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
 }
@@ -308,7 +308,7 @@ void StubFleet::Worker::deliver(const v1::Lease& lease, std::shared_ptr<const st
     }
     if (status.error_code() == grpc::StatusCode::NOT_FOUND) lost(call->request.worker_id());
     if (status.error_code() == grpc::StatusCode::NOT_FOUND ||
-        transport::is_transient(transport::from_grpc(status, "Complete"))) {
+        net::is_transient(net::from_grpc(status, "Complete"))) {
       return try_again([this, lease, payload] { deliver(lease, payload); });
     }
     if (status.ok()) {

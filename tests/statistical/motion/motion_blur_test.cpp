@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "support/picture/scene_file.h"
 
 namespace tessera::test {

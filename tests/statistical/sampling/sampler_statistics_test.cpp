@@ -7,8 +7,8 @@
 #include <functional>
 #include <vector>
 
-#include "render/integrator/vertex/dimensions.h"
 #include "render/sampling/sample_key.h"
+#include "render/transport/vertex/dimensions.h"
 #include "support/kernel/chi2.h"
 
 namespace tessera::render::TESSERA_ISA {

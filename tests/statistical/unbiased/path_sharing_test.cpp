@@ -10,7 +10,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "render/build/sharing_pilot.h"
+#include "render/scene/sharing_pilot.h"
 #include "support/long_form.h"
 #include "support/picture/scene_file.h"
 #include "wire/mesh_blob.h"

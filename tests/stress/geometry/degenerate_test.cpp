@@ -7,7 +7,7 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "support/picture/render_image.h"
 #include "support/picture/scene_file.h"
 #include "wire/mesh_blob.h"

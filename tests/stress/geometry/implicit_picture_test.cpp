@@ -8,7 +8,7 @@
 #include <string>
 
 #include "absl/strings/str_replace.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "stress/geometry/moved_scene.h"
 #include "support/picture/render_image.h"
 #include "support/picture/scene_file.h"

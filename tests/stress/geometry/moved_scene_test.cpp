@@ -8,7 +8,7 @@
 #include <functional>
 #include <string>
 
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "stress/geometry/closed_mesh.h"
 #include "stress/geometry/moved_scene.h"
 #include "support/needs.h"

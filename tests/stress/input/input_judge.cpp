@@ -17,7 +17,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "import/import.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/algorithm.h"
 #include "wire/job_check.h"

@@ -10,11 +10,11 @@
 #include <string>
 
 #include "render/accel/accel_entry.h"
-#include "render/build/scene_content.h"
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
 #include "render/integrator/integrator.h"
 #include "render/light/light.h"
+#include "render/scene/scene_content.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/aov_channels.h"

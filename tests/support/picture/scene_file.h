@@ -38,7 +38,7 @@ using TestBlobs = std::map<std::string, std::string>;
 absl::StatusOr<LoadedFile> load_scene_text(const std::string& text, const SceneJob& job,
                                            const std::string& isa, const TestBlobs& blobs = {});
 
-/// Whether a warning tells what an algorithm is blind to (build/light/unseen_light.h), which some tests are
+/// Whether a warning tells what an algorithm is blind to (scene/light/unseen_light.h), which some tests are
 /// about.
 inline bool is_of_blindness(const std::string& warning) {
   return warning.find("' never finds the light of ") != std::string::npos ||

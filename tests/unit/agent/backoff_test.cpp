@@ -1,8 +1,8 @@
-#include "transport/backoff.h"
+#include "net/backoff.h"
 
 #include <gtest/gtest.h>
 
-namespace tessera::transport {
+namespace tessera::net {
 namespace {
 
 using std::chrono::milliseconds;
@@ -35,4 +35,4 @@ TEST(Backoff, AStopEndsTheWait) {
 }
 
 }  // namespace
-}  // namespace tessera::transport
+}  // namespace tessera::net

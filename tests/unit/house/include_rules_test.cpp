@@ -21,27 +21,26 @@ using Rooms = std::set<std::string>;
 /// A folder, and the rooms that its files may include from (besides the standard library and packages).
 const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
-      {"proto/tables", {"tables"}},
-      {"proto/base", {"base"}},
-      {"proto/images", {"images"}},
-      {"proto/layers", {"layers"}},
-      {"proto/expression", {"expression"}},
       {"proto/wire", {"wire", "base", "layers", "tessera/v1"}},
-      {"proto/telemetry", {"telemetry", "base"}},
-      {"proto/transport", {"transport", "base", "telemetry", "wire", "tessera/v1"}},
-      {"proto/options", {"options", "base"}},
+      {"lib/tables", {"tables"}},
+      {"lib/base", {"base"}},
+      {"lib/images", {"images"}},
+      {"lib/layers", {"layers"}},
+      {"lib/expression", {"expression"}},
+      {"lib/telemetry", {"telemetry", "base"}},
+      {"lib/net", {"net", "base", "telemetry", "wire", "tessera/v1"}},
+      {"lib/options", {"options", "base"}},
       {"server/scheduler", {"scheduler", "base", "wire", "tessera/v1"}},
       {"server/store", {"store", "telemetry", "wire", "tessera/v1"}},
-      {"server/tls", {"tls", "base", "transport", "wire"}},
-      {"server/net", {"net", "base", "telemetry"}},
+      {"server/tls", {"tls", "base", "net", "wire"}},
+      {"server/connections", {"connections", "base", "telemetry"}},
       {"server/service",
-       {"service", "net", "scheduler", "store", "tls", "base", "telemetry", "transport", "wire",
+       {"service", "connections", "scheduler", "store", "tls", "base", "net", "telemetry", "wire",
         "tessera/v1"}},
       {"server/notify", {"notify", "service", "telemetry", "wire", "tessera/v1"}},
       {"worker/agent",
-       {"agent", "render", "render/build", "base", "options", "telemetry", "transport", "wire",
-        "tessera/v1"}},
-      {"client/farm", {"farm", "import", "base", "transport", "wire", "tessera/v1"}},
+       {"agent", "render", "render/scene", "base", "net", "options", "telemetry", "wire", "tessera/v1"}},
+      {"client/farm", {"farm", "import", "base", "net", "wire", "tessera/v1"}},
       {"client/image", {"image", "base", "wire"}},
       {"client/import", {"import", "base", "expression", "images", "tables", "wire", "tessera/v1"}},
       {"client/display", {"display", "base", "image", "wire"}},
@@ -53,10 +52,10 @@ const std::map<std::string, Rooms>& rules() {
       {"client/pilot", {"pilot", "bench", "image", "wire"}},
       {"client/command",
        {"command", "base", "bench", "denoise", "display", "expression", "farm", "image", "import", "layers",
-        "local", "mesh", "options", "pilot", "plot", "transport", "wire", "tessera/v1"}},
+        "local", "mesh", "net", "options", "pilot", "plot", "wire", "tessera/v1"}},
       {"client/local",
-       {"local", "base", "farm", "import", "mesh", "agent", "render/build", "service", "store", "transport",
-        "wire", "tessera/v1"}},
+       {"local", "base", "farm", "import", "mesh", "net", "agent", "render/scene", "service", "store", "wire",
+        "tessera/v1"}},
       {"worker/render/core", {"render/core"}},
       {"worker/render/sampling", {"render/sampling", "render/core"}},
       {"worker/render/color", {"render/color", "render/core", "images", "tables"}},
@@ -71,18 +70,29 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/light",
        {"render/light", "render/shape", "render/color", "render/core", "render/sampling"}},
       {"worker/render/integrator",
-       {"render", "render/integrator", "render/accel", "render/bsdf", "render/color", "render/core",
-        "render/film", "render/light", "render/medium", "render/query", "render/sampling", "render/sensor",
-        "render/shape", "base", "layers", "wire"}},
-      {"worker/render/build",
-       {"render", "render/build", "render/accel", "render/bsdf", "render/color", "render/core", "render/film",
-        "render/integrator", "render/light", "render/medium", "render/query", "render/sampling",
-        "render/sensor", "render/shape", "base", "expression", "layers", "wire", "tessera/v1"}},
+       {"render/integrator", "render/accel", "render/bsdf", "render/color", "render/core", "render/film",
+        "render/light", "render/medium", "render/sampling", "render/sensor", "render/shape", "layers"}},
+      {"worker/render/transport",
+       {"render/transport", "render/integrator", "render/accel", "render/bsdf", "render/color", "render/core",
+        "render/film", "render/light", "render/medium", "render/sampling", "render/sensor", "render/shape",
+        "base", "layers", "wire"}},
+      {"worker/render/textbook",
+       {"render/textbook", "render/transport", "render/integrator", "render/accel", "render/color",
+        "render/core", "render/film", "render/light", "render/sampling", "render/sensor", "render/shape",
+        "base", "wire"}},
+      {"worker/render/kernel",
+       {"render", "render/kernel", "render/transport", "render/textbook", "render/integrator", "render/accel",
+        "render/core", "render/light", "render/query", "wire"}},
+      {"worker/render/scene", {"render",          "render/scene",  "render/kernel", "render/integrator",
+                               "render/textbook", "render/accel",  "render/bsdf",   "render/color",
+                               "render/core",     "render/film",   "render/light",  "render/medium",
+                               "render/query",    "render/sensor", "render/shape",  "base",
+                               "expression",      "layers",        "wire",          "tessera/v1"}},
   };
   return rules;
 }
 
-constexpr const char* kRoots[] = {"proto", "server", "worker", "client"};
+constexpr const char* kRoots[] = {"proto", "lib", "server", "worker", "client"};
 
 /// Folders right below the roots: an include of one of our files begins with such a name.
 const Rooms& top_folders() {
@@ -248,7 +258,6 @@ TEST(IncludeRules, CirclesAreFound) {
 }
 
 TEST(IncludeRules, FoldersFormNoCircles) {
-  constexpr const char* kSettings = "settings of algorithms sit beside them, and know nothing of the scene";
   constexpr const char* kValues = "the folder's own plain values are read by the head";
   static const std::map<std::string, const char*> known = {
       {"client/command: jobs report", "tables show what jobs are like; to be parted"},
@@ -260,9 +269,6 @@ TEST(IncludeRules, FoldersFormNoCircles) {
       {"worker/render/accel: brute bsp bvh grid kd octree sphere_tree structure wide",
        "structure/ has the primitives of all structures, and chooses between them"},
       {"worker/render/accel: ray_structure.h structure", kValues},
-      {"worker/render/integrator: scene_tables.h photon", kSettings},
-      {"worker/render/integrator: scene_tables.h preview", kSettings},
-      {"worker/render/integrator: scene_tables.h radiosity", kSettings},
       {"worker/render/light: light_table.h selection", kValues},
       {"worker/render/shape: csg implicit", "implicit functions are operands, and give their spans"},
   };
@@ -275,12 +281,12 @@ TEST(IncludeRules, FoldersFormNoCircles) {
     EXPECT_TRUE(circles.found().contains(circle)) << "is gone, and to be left out here: " << circle;
 }
 
-TEST(IncludeRules, TheRendererKnowsNeitherGrpcNorProtobufOutsideBuild) {
+TEST(IncludeRules, TheRendererKnowsProtobufOnlyInScene) {
   for_each_source("worker/render", [](const fs::path& file) {
-    const bool build = file.string().find("render/build/") != std::string::npos;
+    const bool scene = file.string().find("render/scene/") != std::string::npos;
     for (const std::string& include : includes_of(file)) {
       EXPECT_NE(include.rfind("grpc", 0), 0u) << file << " includes " << include;
-      EXPECT_TRUE(build || include.find(".pb.h") == std::string::npos) << file << " includes " << include;
+      EXPECT_TRUE(scene || include.find(".pb.h") == std::string::npos) << file << " includes " << include;
     }
   });
 }
@@ -289,8 +295,8 @@ TEST(IncludeRules, TheRendererKnowsNeitherGrpcNorProtobufOutsideBuild) {
 TEST(IncludeRules, ScatteringKnowsNoObserver) {
   static const std::regex observers("layer|straight|glass|guide|recorder|reuse|cache|irradiance",
                                     std::regex::icase);
-  for (const char* const name : {"path/shade.cpp", "whitted/whitted.cpp"}) {
-    std::ifstream file(fs::path("worker/render/integrator") / name);
+  for (const char* const name : {"transport/path/shade.cpp", "textbook/whitted/whitted.cpp"}) {
+    std::ifstream file(fs::path("worker/render") / name);
     int number = 0;
     for (std::string line; std::getline(file, line);) {
       ++number;
@@ -329,8 +335,8 @@ TEST(Gate, LooksAtNoClock) {
       {"tests/support/picture/phases.cpp", {2, "CPU time, printed by tests/bench"}},
       {"tests/support/process/tcp_proxy.cpp", {1, "waits between two looks for the end of a silence"}},
       {"tests/unit/house/include_rules_test.cpp", {2, "this rule"}},
-      {"tests/unit/proto/layers/layers_check_test.cpp", {2, kBoundsAHang}},
-      {"tests/unit/proto/log_test.cpp", {1, "the type of a time that the test makes up"}},
+      {"tests/unit/lib/layers/layers_check_test.cpp", {2, kBoundsAHang}},
+      {"tests/unit/lib/log_test.cpp", {1, "the type of a time that the test makes up"}},
       {"tests/unit/server/access/expel_test.cpp", {2, kDates}},
       {"tests/unit/server/access/join_test.cpp", {4, kBoundsAHang}},
       {"tests/unit/server/access/listener_test.cpp", {1, kBoundsAHang}},

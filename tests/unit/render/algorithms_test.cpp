@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "render/integrator/kernel.h"
+#include "render/kernel/kernel.h"
 #include "render/renderer.h"
 #include "wire/algorithm.h"
 #include "wire/job_check.h"

@@ -14,9 +14,9 @@
 #include <utility>
 #include <vector>
 
-#include "render/integrator/guide/guide_density.h"
-#include "render/integrator/guide/guide_field.h"
-#include "render/integrator/guide/guided_path.h"
+#include "render/transport/guide/guide_density.h"
+#include "render/transport/guide/guide_field.h"
+#include "render/transport/guide/guided_path.h"
 #include "support/kernel/chi2.h"
 #include "support/kernel/random_lanes.h"
 

@@ -1,5 +1,5 @@
 // Whole small scenes: closed-form radiance, and scenes that must be refused by name.
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

@@ -5,8 +5,8 @@
 #include <array>
 #include <vector>
 
-#include "render/integrator/vertex/light_end.h"
-#include "render/integrator/vertex/partial_weights.h"
+#include "render/transport/vertex/light_end.h"
+#include "render/transport/vertex/partial_weights.h"
 #include "support/kernel/random_lanes.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -1,4 +1,4 @@
-#include "render/integrator/photon_map/photon_map.h"
+#include "render/transport/photon_map/photon_map.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "render/integrator/photon_map/photon.h"
+#include "render/transport/photon_map/photon.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace photon_map {

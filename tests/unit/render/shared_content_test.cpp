@@ -8,7 +8,7 @@
 #include <memory>
 #include <string>
 
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/tile_result.h"

@@ -7,9 +7,9 @@
 #include <memory>
 #include <utility>
 
-#include "render/integrator/bdpt/bidirectional.h"
-#include "render/integrator/bdpt/merging.h"
-#include "render/integrator/path/wavefront.h"
+#include "render/transport/bdpt/bidirectional.h"
+#include "render/transport/bdpt/merging.h"
+#include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
+#include "net/backoff.h"
 #include "tessera/v1/work.pb.h"
-#include "transport/backoff.h"
 
 namespace tessera::agent {
 
@@ -54,7 +54,7 @@ class CoordinatorLink {
 
   /// Waits before a call is tried again: for the back-off's delay, or until the coordinator is connected
   /// again. False when `stop` was requested meanwhile.
-  virtual bool wait(transport::Backoff& backoff, std::stop_token stop) = 0;
+  virtual bool wait(net::Backoff& backoff, std::stop_token stop) = 0;
 
   const std::string& address() const { return address_; }
 

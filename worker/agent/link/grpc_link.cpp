@@ -5,12 +5,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "net/call.h"
+#include "net/channel.h"
+#include "net/status.h"
+#include "net/upload.h"
 #include "tessera/v1/blob.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
-#include "transport/call.h"
-#include "transport/channel.h"
-#include "transport/status.h"
-#include "transport/upload.h"
 
 namespace tessera::agent {
 namespace {
@@ -40,38 +40,38 @@ GrpcLink::~GrpcLink() = default;
 
 absl::StatusOr<v1::RegisterResponse> GrpcLink::register_worker(const v1::RegisterRequest& request,
                                                                std::stop_token stop) {
-  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register",
-                               address(), kCallTimeout, stop);
+  return net::unary_call(*stubs_->work, &v1::WorkService::Stub::Register, request, "Register", address(),
+                         kCallTimeout, stop);
 }
 
 absl::StatusOr<v1::LeaseResponse> GrpcLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
   const milliseconds wait =
       seconds{request.max_wait().seconds()} + milliseconds{request.max_wait().nanos() / 1'000'000};
-  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address(),
-                               wait + kLeaseMargin, stop);
+  return net::unary_call(*stubs_->work, &v1::WorkService::Stub::Lease, request, "Lease", address(),
+                         wait + kLeaseMargin, stop);
 }
 
 absl::StatusOr<v1::HeartbeatResponse> GrpcLink::heartbeat(const v1::HeartbeatRequest& request,
                                                           std::stop_token stop) {
-  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat",
-                               address(), kCallTimeout, stop);
+  return net::unary_call(*stubs_->work, &v1::WorkService::Stub::Heartbeat, request, "Heartbeat", address(),
+                         kCallTimeout, stop);
 }
 
 absl::StatusOr<v1::CompleteResponse> GrpcLink::complete(const v1::CompleteRequest& request,
                                                         std::stop_token stop) {
-  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete",
-                               address(), kCallTimeout, stop);
+  return net::unary_call(*stubs_->work, &v1::WorkService::Stub::Complete, request, "Complete", address(),
+                         kCallTimeout, stop);
 }
 
 absl::Status GrpcLink::fail(const v1::FailRequest& request, std::stop_token stop) {
-  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address(),
-                               kCallTimeout, stop)
+  return net::unary_call(*stubs_->work, &v1::WorkService::Stub::Fail, request, "Fail", address(),
+                         kCallTimeout, stop)
       .status();
 }
 
 absl::Status GrpcLink::deregister(const v1::DeregisterRequest& request) {
-  return transport::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister",
-                               address(), kDeregisterTimeout, {})
+  return net::unary_call(*stubs_->work, &v1::WorkService::Stub::Deregister, request, "Deregister", address(),
+                         kDeregisterTimeout, {})
       .status();
 }
 
@@ -82,12 +82,12 @@ absl::Status GrpcLink::upload(const UnitBlob& blob, std::stop_token stop) {
   v1::UploadRequest first;
   first.set_worker_id(blob.worker_id);
   *first.mutable_token() = blob.token;
-  return transport::upload_rest(*stubs_->blob, {blob.ref, read, first}, address(), std::move(stop),
-                                [](std::uint64_t) {});
+  return net::upload_rest(*stubs_->blob, {blob.ref, read, first}, address(), std::move(stop),
+                          [](std::uint64_t) {});
 }
 
-bool GrpcLink::wait(transport::Backoff& backoff, std::stop_token stop) {
-  return transport::wait_for_connection(*channel_, backoff.next(), std::move(stop));
+bool GrpcLink::wait(net::Backoff& backoff, std::stop_token stop) {
+  return net::wait_for_connection(*channel_, backoff.next(), std::move(stop));
 }
 
 absl::Status GrpcLink::download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) {
@@ -98,7 +98,7 @@ absl::Status GrpcLink::download(const Wanted& wanted, const ChunkSink& sink, std
 
   grpc::ClientContext context;
   std::stop_callback cancel{stop, [&context] { context.TryCancel(); }};
-  transport::StallGuard guard{context, kChunkTimeout};
+  net::StallGuard guard{context, kChunkTimeout};
   const auto reader = stubs_->blob->Download(&context, request);
 
   v1::DownloadResponse response;
@@ -113,7 +113,7 @@ absl::Status GrpcLink::download(const Wanted& wanted, const ChunkSink& sink, std
 
   const std::string call = absl::StrCat("Download at ", address());
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": no data for 30 s"));
-  return status.ok() ? absl::OkStatus() : transport::from_grpc(status, call);
+  return status.ok() ? absl::OkStatus() : net::from_grpc(status, call);
 }
 
 }  // namespace tessera::agent

@@ -30,9 +30,9 @@ class GrpcLink final : public CoordinatorLink {
   absl::Status deregister(const v1::DeregisterRequest& request) override;
   /// DeadlineExceeded when no chunk has come for 30 s.
   absl::Status download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) override;
-  /// Like transport::upload_rest.
+  /// Like net::upload_rest.
   absl::Status upload(const UnitBlob& blob, std::stop_token stop) override;
-  bool wait(transport::Backoff& backoff, std::stop_token stop) override;
+  bool wait(net::Backoff& backoff, std::stop_token stop) override;
 
  private:
   struct Stubs;

@@ -15,7 +15,7 @@ struct JoinRequest {
   std::filesystem::path folder;  // where the certificates go
 };
 
-/// Makes a key, has the farm's authority certify it, and leaves both in the folder, as transport/tls.h wants
+/// Makes a key, has the farm's authority certify it, and leaves both in the folder, as net/tls.h wants
 /// them. The key does not leave this machine, and the secret of the token is said only to a server that the
 /// token's authority vouches for. A folder with sound certificates is left as it is, so that a worker may be
 /// started with the same token again. InvalidArgument (token, address or name), PermissionDenied (the

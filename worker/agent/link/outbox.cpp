@@ -3,9 +3,9 @@
 #include <utility>
 
 #include "base/printable.h"
+#include "net/backoff.h"
+#include "net/status.h"
 #include "telemetry/log.h"
-#include "transport/backoff.h"
-#include "transport/status.h"
 
 namespace tessera::agent {
 namespace {
@@ -90,7 +90,7 @@ void Outbox::send_all(std::stop_token stop) {
 
 void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
   const std::stop_token revoked = outcome.unit->stop.get_token();
-  transport::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
+  net::Backoff backoff{std::chrono::milliseconds{100}, kRetryCap};
   std::string unknown_to;  // a registration under which the result was NOT_FOUND
   int unsound = 0;         // times that the coordinator could not read the result
   bool warned = false;
@@ -100,7 +100,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
     const absl::Status uploaded = upload(link_, outcome, *worker_id, leases_.token(*outcome.unit), stop);
     // A fault of the lease would be one of the result's, too: it is no failure of the unit.
     const bool is_of_lease = absl::IsNotFound(uploaded) || absl::IsFailedPrecondition(uploaded);
-    if (!uploaded.ok() && !is_of_lease && !transport::is_transient(uploaded) && !stop.stop_requested()) {
+    if (!uploaded.ok() && !is_of_lease && !net::is_transient(uploaded) && !stop.stop_requested()) {
       outcome.failure = uploaded;
       continue;
     }
@@ -123,7 +123,7 @@ void Outbox::deliver(Outcome& outcome, std::stop_token stop) {
       if (++unsound > 1) outcome.failure = status;
       continue;
     }
-    if (!transport::is_transient(status)) {
+    if (!net::is_transient(status)) {
       telemetry::log(spdlog::level::warn, outcome.unit->log_fields(),
                      "unit {} of job {}: result not taken: {}", outcome.unit->unit.index(),
                      outcome.unit->job_id, status.ToString());

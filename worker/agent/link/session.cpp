@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <utility>
 
-#include "transport/backoff.h"
-#include "transport/status.h"
+#include "net/backoff.h"
+#include "net/status.h"
 
 namespace tessera::agent {
 namespace {
@@ -62,15 +62,15 @@ void Session::set_heartbeat_interval(const google::protobuf::Duration& interval)
 
 absl::StatusOr<v1::RegisterResponse> Session::register_until_heard(bool registered_before,
                                                                    std::stop_token stop) {
-  transport::Backoff backoff{std::chrono::milliseconds{100}, kReconnectCap};
+  net::Backoff backoff{std::chrono::milliseconds{100}, kReconnectCap};
   std::string last_message;
   while (true) {
     absl::StatusOr<v1::RegisterResponse> response = link_.register_worker(request_, stop);
     if (response.ok()) return response;
     if (stop.stop_requested()) return absl::CancelledError("stopped while registering");
     // Whoever once took this worker is a coordinator, whatever else may be answered since.
-    const bool final = registered_before ? transport::is_refusal(response.status())
-                                         : !transport::is_transient(response.status());
+    const bool final =
+        registered_before ? net::is_refusal(response.status()) : !net::is_transient(response.status());
     if (final) return response.status();
     // The same reason again is worth no second line.
     if (std::string message = response.status().ToString(); message != last_message) {

@@ -15,7 +15,7 @@
 
 #include "absl/status/statusor.h"
 #include "agent/stores/mapped_file.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 
 namespace tessera::agent {
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "transport/backoff.h"
-#include "transport/status.h"
+#include "net/backoff.h"
+#include "net/status.h"
 
 namespace tessera::agent {
 namespace {
@@ -32,7 +32,7 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
     };
     return link_.download({.digest = digest, .offset = offset, .doubted = corrupt > 0}, count_and_sink, stop);
   };
-  transport::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
+  net::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
   while (true) {
     absl::StatusOr<render::BlobBytes> bytes = cache_.get(digest, fetch);
     if (bytes.ok()) {
@@ -42,7 +42,7 @@ absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, st
     if (stop.stop_requested()) return absl::CancelledError("stopped while fetching a blob");
     const absl::Status& status = bytes.status();
     const bool try_again =
-        transport::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
+        net::is_transient(status) || (absl::IsDataLoss(status) && ++corrupt < kMaxCorruptDownloads);
     if (!try_again) return status;
     spdlog::warn("blob {}: {}; trying again", digest, status.ToString());
     if (!link_.wait(backoff, stop)) return absl::CancelledError("stopped while fetching a blob");

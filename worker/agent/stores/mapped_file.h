@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 
 namespace tessera::agent {
 

@@ -5,8 +5,8 @@
 
 #include "absl/strings/str_cat.h"
 #include "agent/stores/or_exhausted.h"
-#include "transport/backoff.h"
-#include "transport/status.h"
+#include "net/backoff.h"
+#include "net/status.h"
 #include "wire/digest.h"
 
 namespace tessera::agent {
@@ -18,7 +18,7 @@ std::shared_ptr<const render::Prepared> PreparedStore::whole(const std::shared_p
 
 absl::StatusOr<render::BlobBytes> PreparedStore::fetch(const std::string& digest, std::stop_token stop) {
   if (fetcher_ != nullptr) return fetcher_->get(digest, stop);
-  transport::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
+  net::Backoff backoff{std::chrono::milliseconds{100}, std::chrono::milliseconds{2000}};
   while (true) {
     const auto bytes = std::make_shared<std::string>();
     const auto sink = [&](std::string_view chunk) {
@@ -29,7 +29,7 @@ absl::StatusOr<render::BlobBytes> PreparedStore::fetch(const std::string& digest
     if (status.ok() && wire::sha256_hex(*bytes) != digest)
       status = absl::DataLossError(absl::StrCat("blob ", digest, " came with other bytes"));
     if (status.ok()) return render::BlobBytes{*bytes, bytes};
-    if (!transport::is_transient(status) || !link_.wait(backoff, stop)) return status;
+    if (!net::is_transient(status) || !link_.wait(backoff, stop)) return status;
   }
 }
 

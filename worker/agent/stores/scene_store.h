@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "render/build/load_scene.h"
+#include "render/scene/load_scene.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::agent {

@@ -1,5 +1,5 @@
 // Where the parameters of the models are: indices into the slots of a MaterialRecord and of its
-// ExtendedRecord, and so of BsdfParams. build/ fills the slots and the models read them; nothing else knows
+// ExtendedRecord, and so of BsdfParams. scene/ fills the slots and the models read them; nothing else knows
 // what they mean.
 #pragma once
 

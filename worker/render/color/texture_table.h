@@ -1,4 +1,4 @@
-// Textures as the kernels read them: a tree of nodes over decoded images, filled by build/, the same for
+// Textures as the kernels read them: a tree of nodes over decoded images, filled by scene/, the same for
 // every ISA.
 #pragma once
 

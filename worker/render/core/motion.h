@@ -2,7 +2,7 @@
 //
 // A motion is a row of matrices at evenly spaced times, the first when the shutter opens, the last when it
 // closes. In between, elements are interpolated linearly, here as in Embree, so that surfaces are where rays
-// met them. build/placement/motion.h sees to it that there are enough of them.
+// met them. scene/placement/motion.h sees to it that there are enough of them.
 #pragma once
 
 #include "render/core/affine.h"

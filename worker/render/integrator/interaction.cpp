@@ -60,7 +60,7 @@ struct Route {
   }
 
   /// Mixes go on to one of their parts, with the probability that the mix gives, until none is left.
-  /// Materials do not contain themselves (build/ sees to that); each level uses up part of u.
+  /// Materials do not contain themselves (scene/ sees to that); each level uses up part of u.
   void pick_parts(const SceneTables& scene, const Surface& surface, Mask behind, Float u, Mask active) {
     for (;;) {
       const Mask mixed = active & is_mix(flags_of(scene, record, active));

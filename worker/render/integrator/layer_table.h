@@ -1,5 +1,5 @@
 // Which layers light belongs to, as the kernels read it: the automaton of a job's layers
-// (proto/layers/automaton.h), and what it calls the shapes and lights of the scene.
+// (lib/layers/automaton.h), and what it calls the shapes and lights of the scene.
 #pragma once
 
 #include <cstdint>

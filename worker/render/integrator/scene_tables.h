@@ -7,11 +7,8 @@
 #include "render/bsdf/material_table.h"
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
+#include "render/integrator/integrator_settings.h"
 #include "render/integrator/layer_table.h"
-#include "render/integrator/mlt/metropolis_config.h"
-#include "render/integrator/photon/photon_config.h"
-#include "render/integrator/preview/preview_settings.h"
-#include "render/integrator/radiosity/radiosity_settings.h"
 #include "render/light/light_table.h"
 #include "render/medium/medium_table.h"
 #include "render/sampling/sampler_config.h"
@@ -46,15 +43,6 @@ struct SceneArrays {
   MediumTable media;
 };
 
-/// RenderSettings.irradiance_cache
-struct IrradianceCacheSettings {
-  float error = 0.3f;
-  std::int32_t samples = 1024;
-  float least_reach = 3, most_reach = 32;  // widths of a pixel
-  bool view = false;
-  std::int32_t glossy_bands = 8;  // of spherical harmonics; 0: no records at glossy surfaces
-};
-
 /// Copies share the arrays, which must outlive them, and may be given another sensor, filter and sampler.
 struct SceneTables {
   explicit SceneTables(const SceneArrays& arrays)
@@ -83,8 +71,8 @@ struct SceneTables {
   double guiding_samples = 0;    // paths a pixel that guides are learned from
   RadiositySettings radiosity;
   PreviewSettings preview;
-  PhotonConfig photon;
-  MetropolisConfig metropolis;
+  PhotonSettings photon;
+  MetropolisSettings metropolis;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that
   // 16 of them mostly have one material. Empty where all shapes are alike.
   std::vector<std::uint8_t> shading_group;

@@ -1,4 +1,4 @@
-// Lights as the kernels read them: plain records, filled by build/, the same for every ISA.
+// Lights as the kernels read them: plain records, filled by scene/, the same for every ISA.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Participating media as the kernels read them: plain records, filled by build/, the same for every ISA.
+// Participating media as the kernels read them: plain records, filled by scene/, the same for every ISA.
 #pragma once
 
 #include <cstdint>

@@ -1,4 +1,4 @@
-// Geometry as the kernels read it: plain arrays, filled by build/, the same for every ISA.
+// Geometry as the kernels read it: plain arrays, filled by scene/, the same for every ISA.
 //
 // Positions are in render space: world space minus its origin (Scene.render_origin, else where the camera
 // stands; subtracted in double), so that floats are finest there. Shapes of an Object stay in instance space;

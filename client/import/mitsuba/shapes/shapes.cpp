@@ -47,7 +47,7 @@ void ShapeWriter::write_instance(Object& object, google::protobuf::RepeatedPtrFi
     reader.error("shape \"instance\": expected a shapegroup inside");
     return;
   }
-  // Each may hold the next; the renderer's bound is the same (build/shape/object_graph.h).
+  // Each may hold the next; the renderer's bound is the same (scene/shape/object_graph.h).
   constexpr std::size_t kDeepest = 64;
   if (open_groups_.contains(group) || open_groups_.size() == kDeepest) {
     reader.error(open_groups_.contains(group)

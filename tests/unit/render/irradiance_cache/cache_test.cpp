@@ -1,5 +1,5 @@
 // Interpolating records, and the blobs that hold them.
-#include "render/integrator/irradiance_cache/cache.h"
+#include "render/textbook/irradiance_cache/cache.h"
 
 #include <gtest/gtest.h>
 

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "render/integrator/irradiance_cache/cache.h"
-#include "render/integrator/irradiance_cache/glossy_cache.h"
-#include "render/integrator/irradiance_cache/radiance_hemisphere.h"
+#include "render/textbook/irradiance_cache/cache.h"
+#include "render/textbook/irradiance_cache/glossy_cache.h"
+#include "render/textbook/irradiance_cache/radiance_hemisphere.h"
 
 namespace tessera::render::TESSERA_ISA::glossy_records {  // apart from tests that are compiled with these
 namespace {

@@ -1,5 +1,5 @@
 // Irradiance and its gradients from the cells of a hemisphere, against closed forms.
-#include "render/integrator/irradiance_cache/hemisphere.h"
+#include "render/textbook/irradiance_cache/hemisphere.h"
 
 #include <gtest/gtest.h>
 

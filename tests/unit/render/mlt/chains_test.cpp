@@ -1,6 +1,6 @@
 // Chains of Metropolis light transport by themselves, on a function of random numbers whose integral is
 // known: what a family brings to the film is unbiased, however short its chains are.
-#include "render/integrator/mlt/chains.h"
+#include "render/transport/mlt/chains.h"
 
 #include <gtest/gtest.h>
 
@@ -89,7 +89,7 @@ std::array<std::array<double, 3>, 2> expected() {
   return result;
 }
 
-void expect_unbiased(const MetropolisConfig& config, std::uint64_t seed, std::uint32_t families) {
+void expect_unbiased(const MetropolisSettings& config, std::uint64_t seed, std::uint32_t families) {
   Toy toy;
   RenderStats stats;
   Chains chains(toy, config, stats);

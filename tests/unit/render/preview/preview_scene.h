@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "render/integrator/preview/frame.h"
-#include "render/integrator/preview/preview.h"
-#include "render/integrator/preview/raster.h"
 #include "render/sensor/sensor.h"
+#include "render/textbook/preview/frame.h"
+#include "render/textbook/preview/preview.h"
+#include "render/textbook/preview/raster.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA::preview_test {

@@ -1,5 +1,5 @@
 // Coverage of triangles on a film: every sample between triangles belongs to one of them.
-#include "render/integrator/preview/scan_convert.h"
+#include "render/textbook/preview/scan_convert.h"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "render/integrator/preview/clip.h"
+#include "render/textbook/preview/clip.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/integrator/whitted/whitted.h"
+#include "render/textbook/whitted/whitted.h"
 #include "unit/render/preview/preview_scene.h"
 
 namespace tessera::render::TESSERA_ISA::preview_test {

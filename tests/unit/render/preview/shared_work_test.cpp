@@ -1,5 +1,5 @@
 // Work that threads share, also where a piece of it fails.
-#include "render/integrator/preview/shared_work.h"
+#include "render/textbook/preview/shared_work.h"
 
 #include <gtest/gtest.h>
 

@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "render/build/load_query.h"
 #include "render/renderer.h"
+#include "render/scene/load_query.h"
 #include "tessera/v1/job.pb.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/mesh_blob.h"

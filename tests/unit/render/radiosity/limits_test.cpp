@@ -6,7 +6,7 @@
 #include <limits>
 #include <map>
 
-#include "render/integrator/radiosity/memory.h"
+#include "render/textbook/radiosity/memory.h"
 #include "unit/render/radiosity/room.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity::limits_test {

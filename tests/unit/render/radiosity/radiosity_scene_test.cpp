@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "google/protobuf/text_format.h"
-#include "render/build/diffuse/radiosity_mesh.h"
+#include "render/scene/diffuse/radiosity_mesh.h"
 #include "support/picture/phases.h"
 #include "wire/mesh_blob.h"
 

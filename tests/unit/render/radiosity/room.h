@@ -6,8 +6,8 @@
 
 #include "render/bsdf/slots.h"
 #include "render/core/constants.h"
-#include "render/integrator/radiosity/phases.h"
 #include "render/light/light.h"
+#include "render/textbook/radiosity/phases.h"
 
 namespace tessera::render::TESSERA_ISA::radiosity {
 

@@ -1,5 +1,5 @@
 // How placements change while the shutter is open, against closed forms.
-#include "render/build/placement/motion.h"
+#include "render/scene/placement/motion.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

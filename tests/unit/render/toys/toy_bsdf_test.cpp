@@ -1,8 +1,8 @@
 // A BSDF that comes from outside, as CONTRIBUTING tells how to add one.
 #include <gtest/gtest.h>
 
-#include "render/integrator/path/wavefront.h"
 #include "render/sampling/warp.h"
+#include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -4,8 +4,8 @@
 
 #include <cmath>
 
-#include "render/integrator/vertex/sample_batch.h"
-#include "render/integrator/vertex/vertex.h"
+#include "render/transport/vertex/sample_batch.h"
+#include "render/transport/vertex/vertex.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -4,10 +4,10 @@
 
 #include <cmath>
 
-#include "render/integrator/light/light_tracer.h"
-#include "render/integrator/path/wavefront.h"
 #include "render/light/models.h"
 #include "render/light/positional_light.h"
+#include "render/transport/light/light_tracer.h"
+#include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 #include "wire/aov_channels.h"
 

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "render/integrator/path/wavefront.h"
+#include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {

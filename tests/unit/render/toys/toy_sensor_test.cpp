@@ -5,9 +5,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "render/integrator/path/wavefront.h"
 #include "render/sampling/warp.h"
 #include "render/sensor/models.h"
+#include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -47,7 +47,7 @@ double reading(const std::string& more, std::uint32_t samples) {
                                           1);
   if (content == nullptr) return 0;
   SceneTables tables = content->tables;
-  // A case of its own in build/view/sensor.cpp would set this.
+  // A case of its own in scene/view/sensor.cpp would set this.
   tables.sensor.kind = kind;
   const wire::TileResult result = render_tile<Wavefront>(*content, tables, samples);
   // Rays that do not leave the meter have hit nothing.

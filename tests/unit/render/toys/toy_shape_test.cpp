@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "render/core/affine.h"
-#include "render/integrator/path/wavefront.h"
 #include "render/shape/analytic_shape.h"
 #include "render/shape/error_bound.h"
+#include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 
 namespace tessera::render::TESSERA_ISA {

@@ -1,5 +1,5 @@
 // Who may have how many connections, and what becomes of those that say nothing.
-#include "net/connections.h"
+#include "connections/connections.h"
 
 #include <arpa/inet.h>
 #include <gtest/gtest.h>
@@ -11,7 +11,7 @@
 #include <list>
 #include <string>
 
-#include "net/descriptors.h"
+#include "connections/descriptors.h"
 
 namespace tessera::server {
 namespace {

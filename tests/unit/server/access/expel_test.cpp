@@ -4,8 +4,8 @@
 
 #include <fstream>
 
+#include "net/x509.h"
 #include "tls/expelled.h"
-#include "transport/x509.h"
 #include "unit/server/access/tls_fixture.h"
 #include "unit/server/coordinator_fixture.h"
 
@@ -20,9 +20,9 @@ const Expelled::Time kNow{hours{24 * 365 * 50}};
 
 /// A certificate that was made at some time, as PEM.
 std::string made_at(const Authority& authority, Role role, const std::string& name, Expelled::Time time) {
-  const transport::Key key = transport::make_key();
+  const net::Key key = net::make_key();
   return authority
-      .certify(transport::to_pem(transport::make_request(key.get(), name).get()),
+      .certify(net::to_pem(net::make_request(key.get(), name).get()),
                {.role = role, .name = name, .hosts = {}}, time - kClockSlack, time + kCertificateLife)
       .value();
 }

@@ -10,6 +10,12 @@
 #include <filesystem>
 
 #include "base/private_file.h"
+#include "net/authorities.h"
+#include "net/backoff.h"
+#include "net/channel.h"
+#include "net/join_token.h"
+#include "net/tls.h"
+#include "net/x509.h"
 #include "service/coordinator.h"
 #include "support/patience.h"
 #include "support/process/temp_dir.h"
@@ -19,12 +25,6 @@
 #include "tessera/v1/work.grpc.pb.h"
 #include "tls/authority.h"
 #include "tls/join_tokens.h"
-#include "transport/authorities.h"
-#include "transport/backoff.h"
-#include "transport/channel.h"
-#include "transport/join_token.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
 
 namespace tessera::server {
 namespace {
@@ -32,9 +32,7 @@ namespace {
 namespace fs = std::filesystem;
 using enum grpc::StatusCode;
 
-std::string request_pem(EVP_PKEY* key) {
-  return transport::to_pem(transport::make_request(key, "render7").get());
-}
+std::string request_pem(EVP_PKEY* key) { return net::to_pem(net::make_request(key, "render7").get()); }
 
 /// The code of a call without a request, by the method's full name.
 grpc::StatusCode call_code(const std::shared_ptr<grpc::Channel>& channel, const std::string& method) {
@@ -78,13 +76,13 @@ class Joining : public testing::Test {
   std::string join_address() const { return "127.0.0.1:" + std::to_string(coordinator_->join_port()); }
 
   std::shared_ptr<grpc::Channel> member(const fs::path& certificates) const {
-    return transport::make_channel(main_address(), {.certificates = certificates.string()}).value();
+    return net::make_channel(main_address(), {.certificates = certificates.string()}).value();
   }
 
   /// Channel of somebody who has the token's authority, and nothing else.
   std::shared_ptr<grpc::Channel> stranger() const {
     const auto authority = Authority::open(farm() / "authority");
-    return grpc::CreateChannel(join_address(), transport::trusting_credentials(authority->certificate_pem()));
+    return grpc::CreateChannel(join_address(), net::trusting_credentials(authority->certificate_pem()));
   }
 
   grpc::Status make_token(const std::string& program, std::uint32_t uses, std::string& token) const {
@@ -101,7 +99,7 @@ class Joining : public testing::Test {
   std::string secret(std::uint32_t uses = 1) const {
     std::string token;
     EXPECT_TRUE(make_token("admin", uses, token).ok());
-    const auto parsed = transport::parse_join_token(token);
+    const auto parsed = net::parse_join_token(token);
     EXPECT_TRUE(parsed.ok()) << parsed.status();
     return parsed.ok() ? parsed->secret : "";
   }
@@ -120,7 +118,7 @@ class Joining : public testing::Test {
   }
 
   support::TempDir folder_;
-  const transport::Key key_ = transport::make_key();
+  const net::Key key_ = net::make_key();
   std::unique_ptr<Coordinator> coordinator_;
 };
 
@@ -129,10 +127,10 @@ TEST_F(Joining, ATokenMakesAWorkerAndNothingMore) {
   ASSERT_EQ(join(secret(), request_pem(key_.get()), &certificate), OK);
   const fs::path mine = folder_.path() / "mine";
   ASSERT_TRUE(base::make_folder(mine).ok());
-  ASSERT_TRUE(base::replace_file(mine / transport::kKeyFile, 0600, transport::to_pem(key_.get())).ok());
-  ASSERT_TRUE(base::replace_file(mine / transport::kCertificateFile, 0644, certificate).ok());
-  fs::copy_file(farm() / "server" / transport::kTrustedFile, mine / transport::kTrustedFile);
-  ASSERT_TRUE(transport::check_certificates(mine.string()).ok());
+  ASSERT_TRUE(base::replace_file(mine / net::kKeyFile, 0600, net::to_pem(key_.get())).ok());
+  ASSERT_TRUE(base::replace_file(mine / net::kCertificateFile, 0644, certificate).ok());
+  fs::copy_file(farm() / "server" / net::kTrustedFile, mine / net::kTrustedFile);
+  ASSERT_TRUE(net::check_certificates(mine.string()).ok());
 
   const auto channel = member(mine);
   EXPECT_EQ(call_code(channel, "/tessera.v1.WorkService/Register"),
@@ -143,23 +141,23 @@ TEST_F(Joining, ATokenMakesAWorkerAndNothingMore) {
 
 TEST_F(Joining, MachinesOfOneNameAreExpelledOneByOne) {
   const std::string twice = secret(2);
-  const transport::Key other_key = transport::make_key();
+  const net::Key other_key = net::make_key();
   std::string certificate, other;
   ASSERT_EQ(join(twice, request_pem(key_.get()), &certificate), OK);
   ASSERT_EQ(join(twice, request_pem(other_key.get()), &other), OK);
   const auto name_in = [](const std::string& pem) {
-    return transport::name_of(transport::certificate_from_pem(pem).get());
+    return net::name_of(net::certificate_from_pem(pem).get());
   };
   EXPECT_THAT(name_in(certificate), testing::MatchesRegex("render7@[0-9a-f]{8}"));
   EXPECT_THAT(name_in(other), testing::MatchesRegex("render7@[0-9a-f]{8}"));
   EXPECT_NE(name_in(certificate), name_in(other));
 
-  const auto worker_with = [&](const std::string& pem, const transport::Key& key) {
+  const auto worker_with = [&](const std::string& pem, const net::Key& key) {
     const fs::path mine = folder_.path() / name_in(pem);
     EXPECT_TRUE(base::make_folder(mine).ok());
-    EXPECT_TRUE(base::replace_file(mine / transport::kKeyFile, 0600, transport::to_pem(key.get())).ok());
-    EXPECT_TRUE(base::replace_file(mine / transport::kCertificateFile, 0644, pem).ok());
-    fs::copy_file(farm() / "server" / transport::kTrustedFile, mine / transport::kTrustedFile);
+    EXPECT_TRUE(base::replace_file(mine / net::kKeyFile, 0600, net::to_pem(key.get())).ok());
+    EXPECT_TRUE(base::replace_file(mine / net::kCertificateFile, 0644, pem).ok());
+    fs::copy_file(farm() / "server" / net::kTrustedFile, mine / net::kTrustedFile);
     return call_code(member(mine), "/tessera.v1.WorkService/Register");
   };
   const auto expel = [&](const std::string& name) {
@@ -185,7 +183,7 @@ TEST_F(Joining, AKeyWithTheFirstDigitsOfAnothersGetsANameOfItsOwn) {
   ASSERT_EQ(join(twice, request_pem(key_.get()), &first), OK);
   ASSERT_EQ(join(twice, request_pem(key_.get()), &second), OK) << "the same key stands for one that is alike";
   const auto name_in = [](const std::string& pem) {
-    return transport::name_of(transport::certificate_from_pem(pem).get());
+    return net::name_of(net::certificate_from_pem(pem).get());
   };
   EXPECT_THAT(name_in(second), testing::StartsWith(name_in(first)));
   EXPECT_NE(name_in(second), name_in(first));
@@ -211,13 +209,13 @@ TEST_F(Joining, UnsoundRequestsDoNotUseTheTokenUp) {
   EXPECT_EQ(join(once, std::string(5000, 'x')), INVALID_ARGUMENT);
   EXPECT_EQ(join(once, request_pem(key_.get()), nullptr, "../evil"), INVALID_ARGUMENT);
   EXPECT_EQ(join(once, request_pem(key_.get()), nullptr, "a,URI:tessera:admin"), INVALID_ARGUMENT);
-  const transport::Key other_curve{EVP_EC_gen("P-384")};
+  const net::Key other_curve{EVP_EC_gen("P-384")};
   EXPECT_EQ(join(once, request_pem(other_curve.get())), INVALID_ARGUMENT);
   // Somebody else's public key, signed with one's own.
-  const transport::Key other = transport::make_key();
-  const transport::CertificateRequest stolen = transport::make_request(key_.get(), "render7");
+  const net::Key other = net::make_key();
+  const net::CertificateRequest stolen = net::make_request(key_.get(), "render7");
   ASSERT_EQ(X509_REQ_set_pubkey(stolen.get(), other.get()), 1);
-  EXPECT_EQ(join(once, transport::to_pem(stolen.get())), INVALID_ARGUMENT);
+  EXPECT_EQ(join(once, net::to_pem(stolen.get())), INVALID_ARGUMENT);
   EXPECT_EQ(join(once, request_pem(key_.get())), OK);
 }
 
@@ -235,7 +233,7 @@ TEST_F(Joining, TokensAreMadeByAdministratorsOnly) {
   EXPECT_EQ(make_token("client-alice", 1, token).error_code(), PERMISSION_DENIED);
   EXPECT_EQ(make_token("admin", 0, token).error_code(), INVALID_ARGUMENT);
   ASSERT_EQ(make_token("admin", 1, token).error_code(), OK);
-  const auto parsed = transport::parse_join_token(token);
+  const auto parsed = net::parse_join_token(token);
   ASSERT_TRUE(parsed.ok());
   EXPECT_EQ(parsed->port, coordinator_->join_port());
   EXPECT_EQ(parsed->authority_digest, Authority::open(farm() / "authority")->digest());
@@ -245,7 +243,7 @@ TEST_F(Joining, TokensAreMadeByAdministratorsOnly) {
 TEST_F(Joining, NothingElseIsReachableWithoutACertificate) {
   const auto authority = Authority::open(farm() / "authority");
   const auto at_main =
-      grpc::CreateChannel(main_address(), transport::trusting_credentials(authority->certificate_pem()));
+      grpc::CreateChannel(main_address(), net::trusting_credentials(authority->certificate_pem()));
   const auto at_join = stranger();
   int methods = 0;
   const auto* const pool = google::protobuf::DescriptorPool::generated_pool();
@@ -272,7 +270,7 @@ TEST_F(Joining, NothingElseIsReachableWithoutACertificate) {
     EXPECT_EQ(call_code(at_join, method), PERMISSION_DENIED);
   }
   // Members are told nothing more there.
-  const auto admin = grpc::CreateChannel(join_address(), transport::channel_credentials(farm() / "admin"));
+  const auto admin = grpc::CreateChannel(join_address(), net::channel_credentials(farm() / "admin"));
   EXPECT_EQ(call_code(admin, "/tessera.v1.FarmService/ListJobs"), PERMISSION_DENIED);
 }
 
@@ -298,25 +296,25 @@ TEST_F(Joining, ANewAuthorityCertifiesWithoutARestart) {
   const auto authority = Authority::open(farm() / "authority");
   // gRPC looks at the files of each port in its own time; until then it is asked again at a worker's pace.
   // The bound only ends a test that hangs.
-  transport::Backoff backoff;
+  net::Backoff backoff;
   const auto deadline = std::chrono::steady_clock::now() + support::kPatience;
   std::string token, certificate;
   while (!make_token("admin", 1, token).ok()) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    transport::interruptible_sleep(backoff.next(), {});
+    net::interruptible_sleep(backoff.next(), {});
   }
-  const auto parsed = transport::parse_join_token(token);
+  const auto parsed = net::parse_join_token(token);
   ASSERT_TRUE(parsed.ok()) << parsed.status();
   EXPECT_EQ(parsed->authority_digest, authority->digest());
   backoff.reset();
   grpc::StatusCode code = UNAVAILABLE;
   while ((code = join(parsed->secret, request_pem(key_.get()), &certificate)) == UNAVAILABLE) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline);
-    transport::interruptible_sleep(backoff.next(), {});
+    net::interruptible_sleep(backoff.next(), {});
   }
   ASSERT_EQ(code, OK);
-  const transport::Certificate joined = transport::certificate_from_pem(certificate);
-  EXPECT_TRUE(transport::check_signed(authority->certificate_pem(), joined.get(), "worker").ok());
+  const net::Certificate joined = net::certificate_from_pem(certificate);
+  EXPECT_TRUE(net::check_signed(authority->certificate_pem(), joined.get(), "worker").ok());
 }
 
 TEST_F(Joining, TheAuthorityMustBeTheServersOwn) {
@@ -332,9 +330,9 @@ TEST_F(Joining, TheAuthorityMustBeTheServersOwn) {
 }
 
 TEST(JoinToken, IsReadAsItIsWritten) {
-  const transport::JoinToken token{
+  const net::JoinToken token{
       .port = 7071, .authority_digest = std::string(64, 'a'), .secret = std::string(32, '7')};
-  const auto read = transport::parse_join_token(token.to_string());
+  const auto read = net::parse_join_token(token.to_string());
   ASSERT_TRUE(read.ok());
   EXPECT_EQ(read->port, token.port);
   EXPECT_EQ(read->authority_digest, token.authority_digest);
@@ -343,7 +341,7 @@ TEST(JoinToken, IsReadAsItIsWritten) {
   for (const std::string& bad :
        {std::string{}, text.substr(1), text.substr(0, text.size() - 1), text + "0", text + ":1",
         "tessera-join:0" + text.substr(17), "tessera-join:99999" + text.substr(17)}) {
-    const auto refused = transport::parse_join_token(bad);
+    const auto refused = net::parse_join_token(bad);
     EXPECT_TRUE(absl::IsInvalidArgument(refused.status())) << bad;
     EXPECT_EQ(std::string(refused.status().message()).find("7777"), std::string::npos);
   }

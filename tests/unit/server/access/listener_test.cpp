@@ -1,5 +1,5 @@
 // A coordinator on a port of its own, whose listening socket and strangers misbehave.
-#include "net/listener.h"
+#include "connections/listener.h"
 
 #include <gtest/gtest.h>
 #include <sys/socket.h>
@@ -9,8 +9,8 @@
 #include <string>
 #include <thread>
 
+#include "net/channel.h"
 #include "support/patience.h"
-#include "transport/channel.h"
 #include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
@@ -29,7 +29,7 @@ class ListenerTest : public CoordinatorTest {
 
   /// Somebody who was never there before.
   grpc::Status list_jobs(const std::string& host) const {
-    grpc::ChannelArguments arguments = transport::channel_arguments();
+    grpc::ChannelArguments arguments = net::channel_arguments();
     arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     const auto stub = v1::FarmService::NewStub(
         grpc::CreateCustomChannel(host + ":" + std::to_string(coordinator_->bound_port()),

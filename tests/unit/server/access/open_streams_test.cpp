@@ -6,8 +6,8 @@
 #include <string>
 #include <thread>
 
+#include "net/channel.h"
 #include "service/coordinator_impl.h"
-#include "transport/channel.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 #include "wire/limits.h"
@@ -24,7 +24,7 @@ class OpenStreamsTest : public CoordinatorTest {
     options.clock = &clock_;
     start(options);
     // Over a real socket, which holds little for a reader that takes nothing.
-    grpc::ChannelArguments arguments = transport::channel_arguments();
+    grpc::ChannelArguments arguments = net::channel_arguments();
     arguments.SetInt(GRPC_ARG_HTTP2_STREAM_LOOKAHEAD_BYTES, 1024);
     arguments.SetInt(GRPC_ARG_HTTP2_BDP_PROBE, 0);
     const auto channel = grpc::CreateCustomChannel("127.0.0.1:" + std::to_string(coordinator_->bound_port()),

@@ -9,6 +9,7 @@
 #include <memory>
 #include <string>
 
+#include "net/channel.h"
 #include "service/coordinator.h"
 #include "support/patience.h"
 #include "support/process/temp_dir.h"
@@ -16,7 +17,6 @@
 #include "tessera/v1/farm.grpc.pb.h"
 #include "tessera/v1/work.grpc.pb.h"
 #include "tls/authority.h"
-#include "transport/channel.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
 #include "wire/digest.h"
@@ -50,7 +50,7 @@ class TlsTest : public testing::Test {
   std::string address() const { return "127.0.0.1:" + std::to_string(coordinator_->bound_port()); }
 
   std::shared_ptr<grpc::Channel> channel(const std::filesystem::path& certificates) const {
-    auto made = transport::make_channel(address(), {.certificates = certificates.string()});
+    auto made = net::make_channel(address(), {.certificates = certificates.string()});
     EXPECT_TRUE(made.ok()) << made.status();
     return made.ok() ? *made : nullptr;
   }

@@ -9,9 +9,9 @@
 #include <thread>
 
 #include "base/freer.h"
+#include "net/tls.h"
 #include "support/patience.h"
 #include "support/process/tcp_proxy.h"
-#include "transport/tls.h"
 #include "unit/server/access/tls_fixture.h"
 
 namespace tessera::server {
@@ -129,12 +129,12 @@ TEST_F(Tls, StrangersDoNotGetIn) {
   ASSERT_TRUE(authority->issue(alice, expired, now - hours{48}, now - hours{24}).ok());
   ASSERT_TRUE(authority->issue(alice, early, now + hours{24}, now + hours{48}).ok());
   for (const fs::path& untimely : {expired, early}) {
-    EXPECT_TRUE(absl::IsFailedPrecondition(transport::check_certificates(untimely.string()))) << untimely;
+    EXPECT_TRUE(absl::IsFailedPrecondition(net::check_certificates(untimely.string()))) << untimely;
     // The client's own check set aside, the coordinator refuses as well.
-    const auto direct = grpc::CreateChannel(address(), transport::channel_credentials(untimely));
+    const auto direct = grpc::CreateChannel(address(), net::channel_credentials(untimely));
     EXPECT_EQ(list_code(direct), grpc::StatusCode::UNAVAILABLE);
   }
-  const auto plain = transport::make_channel(address());
+  const auto plain = net::make_channel(address());
   EXPECT_EQ(list_code(*plain), grpc::StatusCode::UNAVAILABLE);
 }
 
@@ -144,11 +144,9 @@ TEST_F(Tls, OlderVersionsOfTlsAreNotSpoken) {
     const std::unique_ptr<SSL_CTX, base::Freer<SSL_CTX_free>> context{SSL_CTX_new(TLS_client_method())};
     EXPECT_EQ(SSL_CTX_set_min_proto_version(context.get(), TLS1_VERSION), 1);
     EXPECT_EQ(SSL_CTX_set_max_proto_version(context.get(), version), 1);
-    EXPECT_EQ(
-        SSL_CTX_use_certificate_chain_file(context.get(), (alice / transport::kCertificateFile).c_str()), 1);
-    EXPECT_EQ(
-        SSL_CTX_use_PrivateKey_file(context.get(), (alice / transport::kKeyFile).c_str(), SSL_FILETYPE_PEM),
-        1);
+    EXPECT_EQ(SSL_CTX_use_certificate_chain_file(context.get(), (alice / net::kCertificateFile).c_str()), 1);
+    EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context.get(), (alice / net::kKeyFile).c_str(), SSL_FILETYPE_PEM),
+              1);
     const std::unique_ptr<BIO, base::Freer<BIO_free_all>> connection{BIO_new_ssl_connect(context.get())};
     SSL* ssl = nullptr;
     BIO_get_ssl(connection.get(), &ssl);
@@ -166,8 +164,8 @@ TEST_F(Tls, AHandshakeMayTakeItsTime) {
   // A coordinator that nothing reaches for the first half second, as on a long way or a busy machine.
   support::TcpProxy slow{coordinator_->bound_port()};
   slow.set_fault(support::TcpProxy::Fault::kSilence);
-  const auto channel = transport::make_channel(
-      slow.address(), {.certificates = (farm_certificates() / "client-alice").string()});
+  const auto channel =
+      net::make_channel(slow.address(), {.certificates = (farm_certificates() / "client-alice").string()});
   ASSERT_TRUE(channel.ok()) << channel.status();
   const std::jthread later{[&slow] {
     std::this_thread::sleep_for(std::chrono::milliseconds{500});
@@ -218,7 +216,7 @@ TEST(Authority, KeepsItsKeysToItself) {
   ASSERT_TRUE(write_farm_certificates(folder.path(), {"render1"}, {"alice"}).ok());
   int keys = 0;
   for (const auto& entry : fs::recursive_directory_iterator(folder.path())) {
-    if (entry.path().filename() != transport::kKeyFile) continue;
+    if (entry.path().filename() != net::kKeyFile) continue;
     ++keys;
     EXPECT_EQ(entry.status().permissions(), fs::perms::owner_read | fs::perms::owner_write) << entry.path();
   }
@@ -229,22 +227,22 @@ TEST(Authority, SaysWhatIsWrongWithCertificates) {
   const support::TempDir folder;
   ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {"alice", "bob"}).ok());
   const fs::path alice = folder.path() / "client-alice", bob = folder.path() / "client-bob";
-  EXPECT_TRUE(transport::check_certificates(alice.string()).ok());
+  EXPECT_TRUE(net::check_certificates(alice.string()).ok());
   // The second of several authorities may be one's own.
   const support::TempDir other;
   ASSERT_TRUE(write_farm_certificates(other.path(), {}, {"alice"}).ok());
-  const fs::path trusted = alice / transport::kTrustedFile, kept = folder.path() / "kept.pem";
+  const fs::path trusted = alice / net::kTrustedFile, kept = folder.path() / "kept.pem";
   fs::rename(trusted, kept);
-  fs::copy_file(other.path() / "client-alice" / transport::kTrustedFile, trusted);
-  EXPECT_TRUE(absl::IsInvalidArgument(transport::check_certificates(alice.string())));
+  fs::copy_file(other.path() / "client-alice" / net::kTrustedFile, trusted);
+  EXPECT_TRUE(absl::IsInvalidArgument(net::check_certificates(alice.string())));
   std::ofstream{trusted, std::ios::app} << std::ifstream{kept}.rdbuf();
-  EXPECT_TRUE(transport::check_certificates(alice.string()).ok());
-  EXPECT_TRUE(absl::IsNotFound(transport::check_certificates((folder.path() / "nobody").string())));
-  fs::copy_file(bob / transport::kKeyFile, alice / transport::kKeyFile, fs::copy_options::overwrite_existing);
-  EXPECT_TRUE(absl::IsInvalidArgument(transport::check_certificates(alice.string())));  // a key of another
+  EXPECT_TRUE(net::check_certificates(alice.string()).ok());
+  EXPECT_TRUE(absl::IsNotFound(net::check_certificates((folder.path() / "nobody").string())));
+  fs::copy_file(bob / net::kKeyFile, alice / net::kKeyFile, fs::copy_options::overwrite_existing);
+  EXPECT_TRUE(absl::IsInvalidArgument(net::check_certificates(alice.string())));  // a key of another
   std::error_code ignored;
-  fs::resize_file(bob / transport::kCertificateFile, 100, ignored);
-  EXPECT_TRUE(absl::IsInvalidArgument(transport::check_certificates(bob.string())));
+  fs::resize_file(bob / net::kCertificateFile, 100, ignored);
+  EXPECT_TRUE(absl::IsInvalidArgument(net::check_certificates(bob.string())));
   EXPECT_TRUE(absl::IsInvalidArgument(write_farm_certificates(folder.path(), {}, {"../evil"})));
   EXPECT_TRUE(absl::IsInvalidArgument(write_farm_certificates(folder.path(), {"a,DNS:b"}, {})));
 }

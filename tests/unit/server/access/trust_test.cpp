@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "net/tls.h"
 #include "scheduler/identity.h"
 #include "service/farm/lease_seal.h"
-#include "transport/tls.h"
 #include "unit/server/access/tls_fixture.h"
 #include "unit/server/coordinator_fixture.h"
 
@@ -381,9 +381,9 @@ TEST_F(OwnFiles, AKeyThatEverybodyCanReadIsRefused) {
   namespace fs = std::filesystem;
   const fs::path server = farm_certificates() / "server";
   EXPECT_TRUE(try_start(server).ok());
-  fs::permissions(server / transport::kKeyFile, fs::perms::group_read, fs::perm_options::add);
+  fs::permissions(server / net::kKeyFile, fs::perms::group_read, fs::perm_options::add);
   EXPECT_TRUE(try_start(server).ok()) << "a group may be that of the service";
-  fs::permissions(server / transport::kKeyFile, fs::perms::others_read, fs::perm_options::add);
+  fs::permissions(server / net::kKeyFile, fs::perms::others_read, fs::perm_options::add);
   const absl::Status refused = try_start(server);
   EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
   EXPECT_THAT(std::string(refused.message()), AllOf(HasSubstr("key.pem"), HasSubstr("chmod 600")));

@@ -21,12 +21,12 @@
 #include <vector>
 
 #include "base/freer.h"
+#include "net/tls.h"
+#include "net/x509.h"
 #include "service/web/event_stream.h"
 #include "support/patience.h"
 #include "support/process/temp_dir.h"
 #include "tls/authority.h"
-#include "transport/tls.h"
-#include "transport/x509.h"
 #include "unit/server/manual_clock.h"
 
 namespace tessera::server {
@@ -203,7 +203,7 @@ class EncryptedConnection {
   explicit EncryptedConnection(int port, const std::filesystem::path& folder = {})
       : connection_(port), context_(SSL_CTX_new(TLS_client_method())) {
     if (!folder.empty()) {
-      const auto certificate = folder / transport::kCertificateFile, key = folder / transport::kKeyFile;
+      const auto certificate = folder / net::kCertificateFile, key = folder / net::kKeyFile;
       EXPECT_EQ(SSL_CTX_use_certificate_file(context_.get(), certificate.c_str(), SSL_FILETYPE_PEM), 1);
       EXPECT_EQ(SSL_CTX_use_PrivateKey_file(context_.get(), key.c_str(), SSL_FILETYPE_PEM), 1);
     }
@@ -212,8 +212,8 @@ class EncryptedConnection {
     EXPECT_EQ(SSL_connect(ssl_.get()), 1);
   }
   std::string certificate() const {
-    const transport::Certificate shown{SSL_get1_peer_certificate(ssl_.get())};
-    return shown == nullptr ? "" : transport::digest_of(shown.get());
+    const net::Certificate shown{SSL_get1_peer_certificate(ssl_.get())};
+    return shown == nullptr ? "" : net::digest_of(shown.get());
   }
   /// Authorities that the server names, of which browsers offer certificates; any where it names none.
   int authorities() const { return std::max(0, sk_X509_NAME_num(SSL_get0_peer_CA_list(ssl_.get()))); }
@@ -239,9 +239,9 @@ TEST_F(PageConnections, ShowANewCertificateOnceItIsThere) {
   const support::TempDir folder;
   const std::filesystem::path own = folder.path() / "server";
   const auto digest = [&] {
-    std::ifstream file{own / transport::kCertificateFile};
+    std::ifstream file{own / net::kCertificateFile};
     const std::string pem{std::istreambuf_iterator<char>(file), {}};
-    return transport::digest_of(transport::certificate_from_pem(pem).get());
+    return net::digest_of(net::certificate_from_pem(pem).get());
   };
   ASSERT_TRUE(write_farm_certificates(folder.path(), {}, {}).ok());
   int renewals = 0;
@@ -261,7 +261,7 @@ TEST_F(PageConnections, ShowANewCertificateOnceItIsThere) {
   EXPECT_NE(before.ask(kOfAda), "") << "connections that are there go on";
 
   // Half of a renewal, or nonsense, changes nothing.
-  std::ofstream{own / transport::kKeyFile} << "no key";
+  std::ofstream{own / net::kKeyFile} << "no key";
   clock_.advance(seconds{2});
   server_->sweep();
   EXPECT_EQ(renewals, 1);
@@ -295,8 +295,8 @@ TEST_F(PageConnections, KnowMembersOfANewAuthorityOnceItIsThere) {
   EXPECT_FALSE(is_known(before)) << "nor do connections that are there outlive the old one";
 
   // While a farm changes, its members trust both.
-  std::ifstream old_authority{old_alice / transport::kTrustedFile};
-  std::ofstream{folder.path() / "server" / transport::kTrustedFile, std::ios::app} << old_authority.rdbuf();
+  std::ifstream old_authority{old_alice / net::kTrustedFile};
+  std::ofstream{folder.path() / "server" / net::kTrustedFile, std::ios::app} << old_authority.rdbuf();
   clock_.advance(seconds{2});
   server_->sweep();
   EXPECT_TRUE(is_known(EncryptedConnection{server_->port(), alice}));

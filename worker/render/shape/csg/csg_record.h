@@ -1,4 +1,4 @@
-// Solids that are combined, as the kernels read them: filled by build/shape/csg.cpp.
+// Solids that are combined, as the kernels read them: filled by scene/shape/csg.cpp.
 #pragma once
 
 #include <cstdint>

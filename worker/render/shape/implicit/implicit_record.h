@@ -1,4 +1,4 @@
-// Implicit surfaces as the kernels read them: filled by build/shape/implicit.cpp.
+// Implicit surfaces as the kernels read them: filled by scene/shape/implicit.cpp.
 #pragma once
 
 #include <cstdint>

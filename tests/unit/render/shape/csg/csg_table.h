@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "render/build/shape/shape_builder.h"
+#include "render/scene/shape/shape_builder.h"
 #include "render/shape/analytic_shape.h"
 #include "support/kernel/double_point.h"
-#include "unit/render/build/builder_inputs.h"
+#include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render::TESSERA_ISA::csg_test {
 

@@ -1,0 +1,28 @@
+#include "net/backoff.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <mutex>
+
+namespace tessera::net {
+
+Backoff::Backoff(Duration first, Duration cap, std::optional<std::uint32_t> seed)
+    : first_(first), cap_(cap), bound_(first), seed_(seed) {}
+
+Backoff::Duration Backoff::next() {
+  if (!random_) random_.emplace(seed_ ? *seed_ : std::random_device{}());
+  const Duration delay{
+      std::uniform_int_distribution<Duration::rep>{bound_.count() / 2, bound_.count()}(*random_)};
+  bound_ = std::min(2 * bound_, cap_);
+  return delay;
+}
+
+bool interruptible_sleep(std::chrono::milliseconds delay, std::stop_token stop) {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock{mutex};
+  wake.wait_for(lock, stop, delay, [] { return false; });
+  return !stop.stop_requested();
+}
+
+}  // namespace tessera::net

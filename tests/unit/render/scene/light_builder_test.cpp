@@ -1,0 +1,167 @@
+// Lights alone.
+#include "render/scene/light/light_builder.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <optional>
+
+#include "render/light/light_source.h"
+#include "unit/render/scene/builder_inputs.h"
+
+namespace tessera::render {
+namespace {
+
+using testing::ElementsAre;
+using testing::HasSubstr;
+
+/// Stands for the kernels' model of lights on disks.
+class OneLightAShape final : public LightSource {
+ public:
+  OneLightAShape() : LightSource({}) {}
+  double power(const LightTable&, const LightRecord&) const override { return 1; }
+  LightBounds bounds(const LightTable&, const LightRecord&) const override { return {}; }
+  void append(const ShapeTable&, const ShapeRecord&, const LightRecord& light, float,
+              std::vector<LightRecord>& lights) const override {
+    lights.push_back(light);
+  }
+};
+
+const LightSource& source_of(LightKind) {
+  static const OneLightAShape source;
+  return source;
+}
+
+std::optional<LightKind> kind_on_shape(ShapeKind shape) {
+  return shape == ShapeKind::kDisk ? std::optional(LightKind::kDisk) : std::nullopt;
+}
+
+class LightBuilderTest : public testing::Test {
+ protected:
+  LightBuilderTest() { textures_.add_noise("slide"); }
+  absl::Status add(const std::string& lights, const wire::AlgorithmTraits& algorithm = kSurfacesAlone) {
+    LightBuilder builder({space_, blobs_.source, algorithm, textures_}, table_);
+    return builder.add_lights(message<v1::Scene>(lights).lights());
+  }
+  std::string refusal(const std::string& light, const wire::AlgorithmTraits& algorithm = kSurfacesAlone) {
+    return std::string(add("lights { name: 'lamp' " + light + " }", algorithm).message());
+  }
+  /// That of a lamp in the shape of a disk.
+  absl::Status add_area_light(const std::string& text) {
+    const auto light = message<v1::AreaLight>(text);
+    LightBuilder builder({space_, blobs_.source, kSurfacesAlone, textures_}, table_);
+    return builder.add_area_lights({{1, &light, "shape 1 (disk)"}}, shapes_);
+  }
+
+  void SetUp() override {
+    table_.sources = {&source_of, &kind_on_shape};
+    shapes_.shapes.resize(2);
+    shapes_.shapes[1].kind = ShapeKind::kDisk;
+  }
+
+  const RenderSpace space_ = render_space_about({1, 2, 3});
+  BlobsInMemory blobs_;
+  NamedTextures textures_;
+  ShapeTable shapes_;
+  LightTable table_;
+};
+
+TEST_F(LightBuilderTest, APointStandsInRenderSpace) {
+  ASSERT_EQ(add("lights { point { position { x: 5 } intensity { constant: 3 } } scale: 2 }"),
+            absl::OkStatus());
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kPoint);
+  EXPECT_THAT(table_.lights[0].position, ElementsAre(4, -2, -3));
+  EXPECT_THAT(table_.lights[0].radiance, ElementsAre(6, 6, 6));
+}
+
+TEST_F(LightBuilderTest, ASpotHasAConeAndPerhapsASlide) {
+  ASSERT_EQ(
+      add(R"(lights { spot { target { z: 7 } cone_angle_degrees: 60 cone_delta_degrees: 15 falloff: LINEAR } }
+                   lights { spot { target { z: 7 } up { y: 1 } cone_angle_degrees: 45 texture: 'slide' } })"),
+      absl::OkStatus());
+  EXPECT_THAT(table_.lights[0].direction, ElementsAre(0, 0, 1));
+  EXPECT_FLOAT_EQ(table_.lights[0].cos_outer, 0.5f);
+  EXPECT_FLOAT_EQ(table_.lights[0].cos_inner, std::sqrt(0.5f));
+  EXPECT_EQ(table_.lights[0].profile, kLinearAngle);
+  EXPECT_EQ(table_.lights[0].texture, -1);
+  EXPECT_EQ(table_.lights[1].texture, *textures_.node("slide"));
+  EXPECT_FLOAT_EQ(table_.lights[1].tan_x, 1);
+  EXPECT_TRUE(table_.any_textures);
+}
+
+TEST_F(LightBuilderTest, PointsAndSpotsWithARadiusAreSoft) {
+  ASSERT_EQ(add(R"(lights { point { radius: 0.5 } } lights { point { } }
+                   lights { spot { target { z: 7 } cone_angle_degrees: 60 radius: 0.25 } })"),
+            absl::OkStatus());
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kSoftPoint);
+  EXPECT_EQ(table_.lights[0].radius, 0.5f);
+  EXPECT_EQ(table_.lights[1].kind, LightKind::kPoint);
+  EXPECT_EQ(table_.lights[2].kind, LightKind::kSoftSpot);
+  EXPECT_EQ(table_.lights[2].radius, 0.25f);
+  EXPECT_FLOAT_EQ(table_.lights[2].cos_outer, 0.5f);
+}
+
+TEST_F(LightBuilderTest, LightFromAllAroundIsFoundByBsdfsUnlessPathsStartAtLights) {
+  const std::string sky = "lights { infinite { radiance { constant: 2 } } }";
+  ASSERT_EQ(add(sky), absl::OkStatus());
+  ASSERT_EQ(add(sky, kFromLights), absl::OkStatus());
+  EXPECT_THAT(table_.infinite_lights, ElementsAre(0, 1));
+  EXPECT_EQ(table_.environments[0].sampled_share, 0);
+  EXPECT_EQ(table_.environments[1].sampled_share, 1);
+  EXPECT_EQ(table_.lights[1].environment, 1);
+}
+
+TEST_F(LightBuilderTest, APortalIsAParallelogramInRenderSpace) {
+  const char* portal =
+      "infinite { portal { x: 1 } portal { x: 3 } portal { x: 3 y: 5 } portal { x: 1 y: 5 } }";
+  ASSERT_EQ(add(absl::StrCat("lights { ", portal, " }")), absl::OkStatus());
+  EXPECT_THAT(table_.environments[0].portal, ElementsAre(0, -2, -3, 2, 0, 0, 0, 5, 0));
+  EXPECT_EQ(table_.environments[0].portal_area, 10);
+  EXPECT_THAT(refusal("infinite { portal { x: 1 } }"), HasSubstr("a portal has four corners"));
+  EXPECT_THAT(refusal("infinite { portal {} portal {} portal {} portal {} }"),
+              HasSubstr("portal has no area"));
+}
+
+TEST_F(LightBuilderTest, AShapeKnowsItsLight) {
+  ASSERT_EQ(add_area_light("radiance { constant: 3 } scale: 2 two_sided: true texture: 'slide'"),
+            absl::OkStatus());
+  ASSERT_EQ(table_.lights.size(), 1u);
+  EXPECT_EQ(shapes_.shapes[1].first_light, 0);
+  EXPECT_EQ(shapes_.shapes[0].first_light, -1);
+  EXPECT_EQ(table_.lights[0].shape, 1);
+  EXPECT_EQ(table_.lights[0].radiance[2], 6);
+  EXPECT_TRUE(table_.lights[0].two_sided);
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kDisk);
+  EXPECT_EQ(table_.lights[0].texture, *textures_.node("slide"));
+}
+
+TEST_F(LightBuilderTest, NamesTheLightAtFault) {
+  EXPECT_THAT(refusal(""), HasSubstr("light 0 (lamp): its kind is missing"));
+  EXPECT_THAT(refusal("point { intensity { constant: inf } }"), HasSubstr("light 0 (lamp): colour: "));
+  EXPECT_THAT(refusal("point {} scale: nan"), HasSubstr("its scale is not finite"));
+  for (const char* const radius : {"-1", "nan", "inf"}) {
+    EXPECT_THAT(refusal(absl::StrCat("point { radius: ", radius, " }")),
+                HasSubstr("light 0 (lamp): its radius is negative or not finite"));
+    EXPECT_THAT(refusal(absl::StrCat("spot { target { x: 1 } radius: ", radius, " }")),
+                HasSubstr("its radius is negative or not finite"));
+  }
+  EXPECT_THAT(refusal("distant {}"), HasSubstr("it has no direction"));
+  EXPECT_THAT(refusal("spot { target { x: 1 } cone_angle_degrees: 90 texture: 'slide' }"),
+              HasSubstr("a cone angle below 90 degrees"));
+  EXPECT_THAT(refusal("projection { fov_degrees: 180 }"), HasSubstr("its field of view"));
+  EXPECT_THAT(refusal("projection { fov_degrees: 90 texture: 'x' }"), HasSubstr("no texture x"));
+  EXPECT_THAT(refusal("goniometric { world_from_light { elements: [0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }"),
+              HasSubstr("its transform is singular"));
+  EXPECT_THAT(refusal("infinite { image { digest: 'x' path: 'sky.exr' } }"),
+              HasSubstr("image 'sky.exr': there is no blob x"));
+  EXPECT_TRUE(table_.lights.empty());
+  const auto area = [&](const char* light) { return std::string(add_area_light(light).message()); };
+  EXPECT_THAT(area("radiance { constant: nan }"), HasSubstr("shape 1 (disk): area light: radiance: "));
+  EXPECT_THAT(area("scale: inf"), HasSubstr("area light: its scale is not finite"));
+  EXPECT_THAT(area("texture: 'x'"), HasSubstr("area light: no texture x"));
+  EXPECT_THAT(area("interpolated_normal_pick: 2"), HasSubstr("area light: a probability"));
+}
+
+}  // namespace
+}  // namespace tessera::render

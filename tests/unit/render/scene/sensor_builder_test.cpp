@@ -1,0 +1,129 @@
+// Render space, the camera and the film alone.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "render/scene/view/sensor.h"
+#include "render/scene/view/view.h"
+#include "unit/render/scene/builder_inputs.h"
+
+namespace tessera::render {
+namespace {
+
+using testing::HasSubstr;
+
+constexpr FilmSize kFilm{200, 100};
+
+absl::StatusOr<SensorRecord> sensor_of(const std::string& camera,
+                                       const wire::AlgorithmTraits& algorithm = kSurfacesAlone,
+                                       FilmSize film = kFilm) {
+  return build_sensor(message<v1::Camera>(camera), film, render_space_about({10, 20, 30}), algorithm);
+}
+
+std::string refusal(const std::string& camera, const wire::AlgorithmTraits& algorithm = kSurfacesAlone,
+                    FilmSize film = kFilm) {
+  return std::string(sensor_of(camera, algorithm, film).status().message());
+}
+
+TEST(RenderOrigin, IsTheScenesElseTheCamerasPlace) {
+  const std::string camera =
+      "camera { world_from_camera { elements: [1,0,0,4, 0,1,0,5, 0,0,1,6, 0,0,0,1] } }";
+  const auto of_camera = render_origin(message<v1::Scene>(camera));
+  const auto own = render_origin(message<v1::Scene>(camera + "render_origin { x: 7 }"));
+  ASSERT_TRUE(of_camera.ok() && own.ok());
+  EXPECT_EQ(of_camera->z, 6);
+  EXPECT_EQ(own->x, 7);
+  EXPECT_THAT(std::string(render_origin(message<v1::Scene>("render_origin { y: inf }")).status().message()),
+              HasSubstr("render_origin is not finite"));
+  EXPECT_THAT(std::string(render_origin(message<v1::Scene>("camera { world_from_camera { elements: 1 } }"))
+                              .status()
+                              .message()),
+              HasSubstr("camera: a matrix has 1 elements instead of 16"));
+}
+
+TEST(BuildSensor, StandsRelativeToRenderSpaceAndSpansItsFieldOfView) {
+  const auto camera = sensor_of(R"(perspective { fov_degrees: 90 lens_radius: 0.5 focal_distance: 3 }
+                                   world_from_camera { elements: [1,0,0,11, 0,1,0,22, 0,0,1,33, 0,0,0,1] })");
+  ASSERT_TRUE(camera.ok()) << camera.status();
+  EXPECT_EQ(camera->render_from_sensor.m[3], 1);
+  EXPECT_EQ(camera->render_from_sensor.m[7], 2);
+  EXPECT_EQ(camera->render_from_sensor.m[11], 3);
+  // tan(45 degrees) across the shorter side, twice that across the longer; a rounding of a float each.
+  EXPECT_FLOAT_EQ(camera->scale_x, 4.0f / 200);
+  EXPECT_FLOAT_EQ(camera->scale_y, -2.0f / 100);
+  EXPECT_FLOAT_EQ(camera->offset_x, -2);
+  EXPECT_FLOAT_EQ(camera->offset_y, 1);
+  EXPECT_EQ(camera->kind, SensorKind::kThinLens);
+  EXPECT_EQ(camera->lens_radius, 0.5f);
+  EXPECT_TRUE(camera->steps.empty());
+}
+
+TEST(BuildSensor, HasStepsWhereItMoves) {
+  const std::string still =
+      "orthographic {} world_from_camera { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }";
+  const auto moving =
+      sensor_of(still + "world_from_camera_end { elements: [1,0,0,5, 0,1,0,0, 0,0,1,0, 0,0,0,1] }");
+  ASSERT_TRUE(moving.ok()) << moving.status();
+  ASSERT_EQ(moving->steps.size(), 2u);  // a straight line
+  EXPECT_EQ(moving->steps[0].m[3], -10);
+  EXPECT_EQ(moving->steps[1].m[3], -5);
+  const auto held =
+      sensor_of(still + "world_from_camera_end { elements: [1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }");
+  ASSERT_TRUE(held.ok());
+  EXPECT_TRUE(held->steps.empty());
+}
+
+TEST(BuildSensor, NamesWhatIsAtFault) {
+  EXPECT_THAT(refusal(""), HasSubstr("camera: there is none"));
+  EXPECT_THAT(refusal("perspective { fov_degrees: 180 }"), HasSubstr("180 degrees is not in (0, 180)"));
+  EXPECT_THAT(refusal("perspective { fov_degrees: 40 lens_radius: 1 }"), HasSubstr("camera: a lens needs"));
+  EXPECT_THAT(refusal("orthographic {} near_clip: 2 far_clip: 1"), HasSubstr("clipping distances"));
+  EXPECT_THAT(refusal("orthographic {} screen_window: [0, 1, 2]"),
+              HasSubstr("a screen window has four numbers"));
+  EXPECT_THAT(refusal("orthographic {} world_from_camera { elements: [0,0,0,0, 0,0,0,0, 0,0,0,0, 0,0,0,1] }"),
+              HasSubstr("camera: its transform is singular"));
+  EXPECT_THAT(
+      refusal("orthographic {} world_from_camera_end { elements: [-1,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] }"),
+      HasSubstr("camera: its motion turns it inside out"));
+}
+
+TEST(BuildSensor, HoldsTheAlgorithmToIt) {
+  EXPECT_EQ(sensor_of("spherical {}").status(), absl::OkStatus());
+  constexpr FilmSize kHuge{1 << 16, 1 << 15};
+  EXPECT_EQ(sensor_of("orthographic {}", kSurfacesAlone, kHuge).status(), absl::OkStatus());
+  EXPECT_THAT(refusal("orthographic {}", kFromLights, kHuge), HasSubstr("all pixels of the film at once"));
+}
+
+TEST(BuildFilter, HasTheUsualRadiusUnlessItIsGiven) {
+  const auto usual = build_filter(message<v1::PixelFilter>("kind: MITCHELL"));
+  const auto own = build_filter(message<v1::PixelFilter>("kind: MITCHELL radius_x: 3"));
+  ASSERT_TRUE(usual.ok() && own.ok());
+  EXPECT_EQ(usual->x.radius, 2);
+  EXPECT_EQ(own->x.radius, 3);
+  EXPECT_EQ(own->y.radius, 2);
+  EXPECT_THAT(std::string(build_filter(message<v1::PixelFilter>("radius_x: 2000")).status().message()),
+              HasSubstr("film: the pixel filter's parameters"));
+}
+
+TEST(SetView, LeavesTheCamerasMediumToTheContent) {
+  SceneArrays arrays;
+  SceneTables tables(arrays);
+  tables.sensor.medium = 3;
+  const auto job = message<v1::JobSpec>("view { width: 8 height: 4 seed: 5 max_depth: 2 }");
+  const auto scene = message<v1::Scene>("camera { orthographic {} } film { exposure: 2 }");
+  ASSERT_EQ(set_view(scene, job, read_settings(job), render_space_about({0, 0, 0}), tables),
+            absl::OkStatus());
+  EXPECT_EQ(tables.sensor.medium, 3);
+  EXPECT_EQ(tables.sensor.width, 8);
+  EXPECT_EQ(tables.sensor.response.exposure, 2);
+  EXPECT_EQ(tables.sampler.seed, 5u);
+  EXPECT_EQ(tables.max_depth, 2);
+  const auto dark = message<v1::Scene>("camera { orthographic {} } film { exposure: nan }");
+  EXPECT_THAT(
+      std::string(set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), tables).message()),
+      HasSubstr("film: the exposure is not finite"));
+}
+
+}  // namespace
+}  // namespace tessera::render

@@ -1,0 +1,80 @@
+// Light from all around: a colour or a map of it, perhaps through a portal.
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "render/color/texture_load.h"
+#include "render/light/environment.h"
+#include "render/scene/light/light_builder.h"
+#include "render/scene/light/light_values.h"
+#include "render/scene/values/located.h"
+
+namespace tessera::render {
+
+absl::Status LightBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) const {
+  if (light.portal().empty()) return absl::OkStatus();
+  if (light.portal_size() != 4) return absl::InvalidArgumentError("a portal has four corners");
+  const Imath::V3d p0 = point_of(light.portal(0));
+  const Imath::V3d u = point_of(light.portal(1)) - p0, v = point_of(light.portal(3)) - p0;
+  const double area = u.cross(v).length();
+  if (!(area > 0) || !std::isfinite(area)) return absl::InvalidArgumentError("its portal has no area");
+  const Imath::V3d corner = p0 - inputs_.space.origin;
+  int i = 0;
+  for (const Imath::V3d& row : {corner, u, v}) {
+    for (const double x : {row.x, row.y, row.z}) environment.portal[i++] = static_cast<float>(x);
+  }
+  environment.portal_area = static_cast<float>(area);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight& light, float scale) const {
+  auto world_from_light = Transform::from_proto(light.world_from_light());
+  if (!world_from_light.ok()) return world_from_light.status();
+  Transform light_from_world;
+  if (!world_from_light->invert(light_from_world))
+    return absl::InvalidArgumentError("its transform is singular");
+  // Paths from lights and portals have no other way to what is not sampled.
+  const bool compensate = !inputs_.algorithm.samples_all_light && light.portal().empty();
+  if (!light.has_image()) {
+    Environment even;
+    even.sampled_share = compensate ? 0.0f : 1.0f;
+    return even;
+  }
+  const std::string where = absl::StrCat("image '", light.image().path(), "'");
+  const auto bytes = inputs_.blobs(light.image().digest());
+  if (!bytes.ok()) return located(bytes.status(), where);
+  const EnvironmentMapping mapping = light.mapping() == v1::InfiniteLight::LATITUDE_LONGITUDE
+                                         ? EnvironmentMapping::kLatitudeLongitude
+                                         : EnvironmentMapping::kEqualAreaOctahedral;
+  if (inputs_.headers_alone) {
+    const auto size = check_texture_image(bytes->bytes, light.image().path());
+    if (!size.ok()) return size.status();
+    if (auto s = check_environment_size(size->width, size->height, mapping); !s.ok())
+      return located(s, where);
+    return Environment{};
+  }
+  auto image = load_texture_image(bytes->bytes, light.image().path());
+  if (!image.ok()) return image.status();
+  auto built =
+      build_environment(*std::move(image), mapping, scale, world_from_light->to_affine(), compensate);
+  if (!built.ok()) return located(built.status(), where);
+  return built;
+}
+
+absl::Status LightBuilder::add_infinite(const v1::InfiniteLight& light, float scale) {
+  if (light.has_scale()) scale *= light.scale();
+  auto environment = environment_of(light, scale);
+  if (!environment.ok()) return environment.status();
+  if (auto s = set_portal(light, *environment); !s.ok()) return s;
+  LightRecord record;
+  record.kind = LightKind::kInfinite;
+  if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
+  put(emission(light.radiance()), scale, record.radiance);
+  record.environment = static_cast<std::int32_t>(table_.environments.size());
+  table_.infinite_lights.push_back(static_cast<std::int32_t>(table_.lights.size()));
+  table_.environments.push_back(*std::move(environment));
+  table_.lights.push_back(record);
+  return absl::OkStatus();
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,215 @@
+#include "render/scene/light/light_builder.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/light/light_source.h"
+#include "render/light/selection/light_tree_build.h"
+#include "render/scene/light/light_values.h"
+#include "render/scene/values/located.h"
+
+namespace tessera::render {
+
+namespace {
+
+void put(Imath::V3d p, float (&to)[3]) {
+  to[0] = static_cast<float>(p.x), to[1] = static_cast<float>(p.y), to[2] = static_cast<float>(p.z);
+}
+
+absl::Status put_unit(Imath::V3d direction, float (&to)[3]) {
+  const double l = direction.length();
+  if (!(l > 0) || !std::isfinite(l)) return absl::InvalidArgumentError("it has no direction");
+  put(direction / l, to);
+  return absl::OkStatus();
+}
+
+constexpr double kDegree = 3.14159265358979323846 / 180;
+
+Imath::V3d unit(const Imath::V3d& v) { return v / v.length(); }
+
+/// Rows of the rotation into a frame with its z axis along `axis` and its x axis along `side`.
+absl::Status put_rotation(Imath::V3d side, Imath::V3d axis, float (&rows)[9]) {
+  if (!(side.length() > 0) || !(axis.length() > 0))
+    return absl::InvalidArgumentError("its orientation is not defined");
+  const Imath::V3d x = unit(side), z = unit(axis), y = z.cross(x);
+  int i = 0;
+  for (const Imath::V3d& row : {x, y, z}) {
+    for (const double v : {row.x, row.y, row.z}) rows[i++] = static_cast<float>(v);
+  }
+  return absl::OkStatus();
+}
+
+/// A light of the kind `soft` if it has a radius.
+absl::Status set_radius(float radius, LightKind soft, LightRecord& record) {
+  if (!(radius >= 0) || !std::isfinite(radius))
+    return absl::InvalidArgumentError("its radius is negative or not finite");
+  record.radius = radius;
+  if (radius > 0) record.kind = soft;
+  return absl::OkStatus();
+}
+
+absl::Status set_colour(const v1::Spectrum& spectrum, float scale, LightRecord& record) {
+  put(emission(spectrum), scale, record.radiance);
+  return check_spectrum(spectrum, "colour");
+}
+
+}  // namespace
+
+absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) const {
+  const auto world_from_light = Transform::from_proto(matrix);
+  if (!world_from_light.ok()) return world_from_light.status();
+  Transform light_from_world;
+  if (!world_from_light->invert(light_from_world))
+    return absl::InvalidArgumentError("its transform is singular");
+  put(world_from_light->apply({0, 0, 0}) - inputs_.space.origin, record.position);
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      record.vertices[3 * row + column] = static_cast<float>(light_from_world.m[4 * row + column]);
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::Status LightBuilder::set_texture(const std::string& name, LightRecord& record) {
+  if (name.empty()) return absl::OkStatus();
+  const auto node = inputs_.textures.exact_node(name);
+  if (!node.ok()) return node.status();
+  record.texture = *node;
+  table_.any_textures = true;
+  return absl::OkStatus();
+}
+
+absl::Status LightBuilder::add_lights(const Lights& lights) {
+  FaultList faults(1);
+  add_lights(lights, faults);
+  return faults.first();
+}
+
+void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
+  for (int i = 0; i < lights.size() && !faults.full(); ++i)
+    faults.add(lights[i], place_in_scene("light", i, lights[i].name()), add_light(lights[i]));
+}
+
+absl::Status LightBuilder::add_light(const v1::Light& light) {
+  const float scale = light.has_scale() ? light.scale() : 1;
+  if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
+  if (light.has_infinite()) return add_infinite(light.infinite(), scale);
+  LightRecord record;
+  if (auto s = set_kind(light, scale, record); !s.ok()) return s;
+  table_.lights.push_back(record);
+  return absl::OkStatus();
+}
+
+absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record) {
+  switch (light.kind_case()) {
+    case v1::Light::kPoint:
+      record.kind = LightKind::kPoint;
+      put(point_of(light.point().position()) - inputs_.space.origin, record.position);
+      if (auto s = set_radius(light.point().radius(), LightKind::kSoftPoint, record); !s.ok()) return s;
+      return set_colour(light.point().intensity(), scale, record);
+    case v1::Light::kSpot:
+      if (auto s = set_colour(light.spot().intensity(), scale, record); !s.ok()) return s;
+      return set_spot(light.spot(), record);
+    case v1::Light::kDistant:
+      record.kind = LightKind::kDistant;
+      if (auto s = set_colour(light.distant().irradiance(), scale, record); !s.ok()) return s;
+      return put_unit(point_of(light.distant().direction()), record.direction);
+    case v1::Light::kProjection:
+      if (auto s = set_colour(light.projection().intensity(), scale, record); !s.ok()) return s;
+      return set_projection(light.projection(), record);
+    case v1::Light::kGoniometric:
+      record.kind = LightKind::kGoniometric;
+      if (auto s = set_colour(light.goniometric().intensity(), scale, record); !s.ok()) return s;
+      if (auto s = place(light.goniometric().world_from_light(), record); !s.ok()) return s;
+      return set_texture(light.goniometric().texture(), record);
+    case v1::Light::kInfinite:
+    case v1::Light::KIND_NOT_SET:
+      break;
+  }
+  return absl::InvalidArgumentError("its kind is missing or unknown");
+}
+
+absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& record) {
+  record.kind = LightKind::kSpot;
+  if (auto s = set_radius(spot.radius(), LightKind::kSoftSpot, record); !s.ok()) return s;
+  put(point_of(spot.position()) - inputs_.space.origin, record.position);
+  const Imath::V3d axis = point_of(spot.target()) - point_of(spot.position());
+  if (auto s = put_unit(axis, record.direction); !s.ok()) return s;
+  const double cone = std::clamp(double{spot.cone_angle_degrees()}, 0.0, 180.0);
+  const double inner = std::clamp(cone - spot.cone_delta_degrees(), 0.0, cone);
+  record.cos_outer = static_cast<float>(std::cos(cone * kDegree));
+  record.cos_inner = static_cast<float>(std::cos(inner * kDegree));
+  record.profile = spot.falloff() == v1::SpotLight::LINEAR ? kLinearAngle : kPlainProfile;
+  if (spot.texture().empty()) return absl::OkStatus();
+  if (cone >= 90) {
+    return absl::InvalidArgumentError("a spot light with a texture needs a cone angle below 90 degrees");
+  }
+  record.tan_x = record.tan_y = static_cast<float>(std::tan(cone * kDegree));
+  if (auto s = put_rotation(point_of(spot.up()).cross(axis), axis, record.vertices); !s.ok()) return s;
+  return set_texture(spot.texture(), record);
+}
+
+absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection, LightRecord& record) {
+  record.kind = LightKind::kProjection;
+  record.profile = projection.even_screen() ? kEvenScreen : kPlainProfile;
+  const double aspect = projection.has_aspect() ? projection.aspect() : 1, fov = projection.fov_degrees();
+  if (!(fov > 0 && fov < 180) || !(aspect > 0 && std::isfinite(aspect))) {
+    return absl::InvalidArgumentError(
+        "its field of view is not in (0, 180) degrees, or its aspect not above 0");
+  }
+  const double tangent = std::tan(fov * kDegree / 2);
+  record.tan_x = static_cast<float>(tangent * std::max(aspect, 1.0));
+  record.tan_y = static_cast<float>(tangent * std::max(1 / aspect, 1.0));
+  if (auto s = place(projection.world_from_light(), record); !s.ok()) return s;
+  return set_texture(projection.texture(), record);
+}
+
+absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters, ShapeTable& shapes) {
+  for (const Emitter& emitter : emitters) {
+    if (auto s = add_area_light(emitter, shapes); !s.ok())
+      return located(s, absl::StrCat(emitter.where, ": area light"));
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<LightRecord> LightBuilder::read_area_light(const v1::AreaLight& light) {
+  if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
+  const float scale = light.has_scale() ? light.scale() : 1;
+  if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
+  LightRecord record;
+  put(emission(light.radiance()), scale, record.radiance);
+  if (auto s = set_texture(light.texture(), record); !s.ok()) return s;
+  const float pick = light.interpolated_normal_pick();
+  if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("a probability is not within 0 and 1");
+  return record;
+}
+
+absl::Status LightBuilder::check_area_light(const v1::AreaLight& light) {
+  return located(read_area_light(light).status(), "area light");
+}
+
+absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& shapes) {
+  const v1::AreaLight& light = *emitter.light;
+  const auto record = read_area_light(light);
+  if (!record.ok()) return record.status();
+  append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
+                     light.interpolated_normal_pick());
+  return absl::OkStatus();
+}
+
+void build_light_selection(LightSelection kind, const float* centre, float radius, LightTable& table) {
+  std::copy_n(centre, 3, table.scene_centre);
+  table.scene_radius = radius;
+  table.selection = selection_of_lights(table, kind);
+  const bool many = count_bounded_lights(table) >= kFewestLightsOfATree;
+  if (kind == LightSelection::kTree || (kind == LightSelection::kAuto && many)) {
+    table.tree = build_light_tree(table);
+  }
+  table.uses_normals = !table.tree.empty() ||
+                       std::any_of(table.lights.begin(), table.lights.end(), [&](const LightRecord& light) {
+                         return table.sources(light.kind).traits.uses_normals;
+                       });
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,69 @@
+// Lights of a scene's messages -> LightTable.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "render/light/light_build.h"
+#include "render/light/light_table.h"
+#include "render/scene/blob_source.h"
+#include "render/scene/placement/render_space.h"
+#include "render/scene/shape/emitter.h"
+#include "render/scene/texture/texture_nodes.h"
+#include "render/scene/values/fault_list.h"
+#include "render/shape/shape_table.h"
+#include "tessera/v1/scene.pb.h"
+#include "wire/algorithm.h"
+
+namespace tessera::render {
+
+struct LightInputs {
+  const RenderSpace& space;
+  const BlobSource& blobs;  // of environment maps
+  const wire::AlgorithmTraits& algorithm;
+  TextureNodes& textures;
+  bool headers_alone = false;  // of environment maps, which stay black: where nothing will be rendered
+};
+
+class LightBuilder {
+ public:
+  using Lights = google::protobuf::RepeatedPtrField<v1::Light>;
+
+  LightBuilder(const LightInputs& inputs, LightTable& table) : inputs_(inputs), table_(table) {}
+
+  /// The lights of shapes, and those shapes' references to them. InvalidArgument names the shape.
+  absl::Status add_area_lights(const std::vector<Emitter>& emitters, ShapeTable& shapes);
+  /// All other lights. InvalidArgument names the light.
+  absl::Status add_lights(const Lights& lights);
+  /// The same, but goes on after a fault, until the list is full.
+  void add_lights(const Lights& lights, FaultList& faults);
+  /// Errors of add_area_lights(), but for the name of the shape.
+  absl::Status check_area_light(const v1::AreaLight& light);
+
+ private:
+  /// That of a shape, whatever its kind.
+  absl::StatusOr<LightRecord> read_area_light(const v1::AreaLight& light);
+  absl::Status add_area_light(const Emitter& emitter, ShapeTable& shapes);
+  absl::Status add_light(const v1::Light& light);
+  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record);
+  absl::Status set_spot(const v1::SpotLight& spot, LightRecord& record);
+  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record);
+  /// Where a light with a rotation stands.
+  absl::Status place(const v1::Matrix& world_from_light, LightRecord& record) const;
+  absl::Status set_texture(const std::string& name, LightRecord& record);
+
+  // infinite_light.cpp
+  absl::Status add_infinite(const v1::InfiniteLight& light, float scale);
+  absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale) const;
+  absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
+
+  const LightInputs inputs_;
+  LightTable& table_;
+};
+
+/// Builds what lights are chosen by, of a scene within a sphere of render space, once all lights are there.
+void build_light_selection(LightSelection kind, const float* centre, float radius, LightTable& table);
+
+}  // namespace tessera::render

@@ -1,0 +1,26 @@
+// One thing that an object, or the world, places.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "render/scene/placement/motion.h"
+#include "render/scene/placement/transform.h"
+
+namespace tessera::render {
+
+struct ObjectPart {
+  std::int32_t object = -1;  // in ShapeTable::objects
+  Transform place;           // in the holder's space; not read where it moves
+  std::vector<Motion> way;   // of what moves: the maps that lead to it, the outermost first
+
+  bool moves() const { return !way.empty(); }
+  /// Time 0 is when the shutter opens, 1 when it closes.
+  Transform at(double time) const;
+  /// Pieces that its motion needs; 0: it stands still.
+  int segments() const;
+  /// The part where something moves its holder so.
+  ObjectPart placed_by(const Motion& motion) const;
+};
+
+}  // namespace tessera::render

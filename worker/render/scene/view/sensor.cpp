@@ -1,0 +1,129 @@
+#include "render/scene/view/sensor.h"
+
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "render/scene/placement/motion.h"
+#include "render/scene/values/located.h"
+
+namespace tessera::render {
+
+namespace {
+
+absl::Status set_camera_motion(const v1::Camera& camera, const Transform& start, const RenderSpace& space,
+                               SensorRecord& record) {
+  const auto end = Transform::from_proto(camera.world_from_camera_end());
+  if (!end.ok()) return end.status();
+  const auto motion = Motion::between(start, *end);
+  if (!motion.ok()) return motion.status();
+  if (!motion->moves()) return absl::OkStatus();
+  return append_steps([&](double time) { return space.from_world * motion->at(time); }, motion->segments(),
+                      record.steps);
+}
+
+/// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera
+/// space.
+absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_side, SensorRecord& record) {
+  const double width = film.width, height = film.height;
+  double x_min = -1, x_max = 1, y_min = -1, y_max = 1;
+  if (camera.screen_window_size() == 4) {
+    x_min = camera.screen_window(0), x_max = camera.screen_window(1);
+    y_min = camera.screen_window(2), y_max = camera.screen_window(3);
+  } else if (camera.screen_window_size() == 0) {
+    const double aspect = width / height;
+    if (aspect > 1) {
+      x_min = -aspect, x_max = aspect;
+    } else {
+      y_min = -1 / aspect, y_max = 1 / aspect;
+    }
+  } else {
+    return absl::InvalidArgumentError("camera: a screen window has four numbers");
+  }
+  record.scale_x = static_cast<float>((x_max - x_min) / width * half_side);
+  record.scale_y = static_cast<float>((y_min - y_max) / height * half_side);
+  record.offset_x = static_cast<float>(x_min * half_side);
+  record.offset_y = static_cast<float>(y_max * half_side);
+  if (!std::isfinite(record.scale_x + record.scale_y + record.offset_x + record.offset_y)) {
+    return absl::InvalidArgumentError("camera: its screen window is not finite");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status set_lens(float radius, float focal_distance, SensorRecord& record) {
+  record.lens_radius = radius;
+  record.focal_distance = focal_distance;
+  if (radius > 0) record.kind = with_lens(record.kind);
+  if (!(radius >= 0) || !std::isfinite(radius) ||
+      (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance)))) {
+    return absl::InvalidArgumentError("camera: a lens needs a finite radius and a focal distance above 0");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status check_for_algorithm(FilmSize film, const wire::AlgorithmTraits& algorithm) {
+  if (algorithm.work == wire::WorkKind::kPasses &&
+      std::uint64_t{film.width} * film.height > (std::uint64_t{1} << 30)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", algorithm.name, "' works on all pixels of the film at once; 2^30 are the most"));
+  }
+  return absl::OkStatus();
+}
+
+/// How the film lies before the camera, and its lens.
+absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
+  switch (camera.kind_case()) {
+    case v1::Camera::kPerspective: {
+      const double fov = camera.perspective().fov_degrees();
+      if (!(fov > 0 && fov < 180)) {
+        return absl::InvalidArgumentError(
+            absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+      }
+      const double half_side = std::tan(fov * 3.14159265358979323846 / 360);
+      if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
+      return set_lens(camera.perspective().lens_radius(), camera.perspective().focal_distance(), record);
+    }
+    case v1::Camera::kOrthographic:
+      record.kind = SensorKind::kOrthographic;
+      if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
+      return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance(), record);
+    case v1::Camera::kSpherical:
+      record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL
+                        ? SensorKind::kOctahedral
+                        : SensorKind::kEquirectangular;
+      record.scale_x = 1.0f / static_cast<float>(film.width);
+      record.scale_y = 1.0f / static_cast<float>(film.height);
+      return absl::OkStatus();
+    case v1::Camera::KIND_NOT_SET:
+      break;
+  }
+  return absl::InvalidArgumentError("camera: there is none, or its kind is unknown");
+}
+
+}  // namespace
+
+absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
+                                          const wire::AlgorithmTraits& algorithm) {
+  const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
+  if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
+  if (world_from_camera->determinant() == 0)
+    return absl::InvalidArgumentError("camera: its transform is singular");
+  SensorRecord record;
+  record.render_from_sensor = (space.from_world * *world_from_camera).to_affine();
+  if (!camera.world_from_camera_end().elements().empty()) {
+    if (auto s = set_camera_motion(camera, *world_from_camera, space, record); !s.ok())
+      return located(s, "camera");
+  }
+  record.near_clip = camera.near_clip();
+  record.far_clip = camera.far_clip();
+  if (!(record.near_clip >= 0) || !std::isfinite(record.near_clip) || !(record.far_clip >= 0) ||
+      (record.far_clip > 0 && record.far_clip <= record.near_clip)) {
+    return absl::InvalidArgumentError("camera: its clipping distances are not in order");
+  }
+  record.width = static_cast<std::int32_t>(film.width);
+  record.height = static_cast<std::int32_t>(film.height);
+  if (auto s = check_for_algorithm(film, algorithm); !s.ok()) return s;
+  if (auto s = set_projection(camera, film, record); !s.ok()) return s;
+  return record;
+}
+
+}  // namespace tessera::render

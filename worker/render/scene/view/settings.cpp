@@ -1,0 +1,154 @@
+#include "render/scene/view/settings.h"
+
+#include <algorithm>
+
+#include "wire/limits.h"
+
+namespace tessera::render {
+
+namespace {
+
+LightSelection selection_of(const v1::Algorithms& asked) {
+  if (asked.direct_light() == v1::DIRECT_LIGHT_BSDF) return LightSelection::kNone;
+  switch (asked.light_selection()) {
+    case v1::LIGHT_SELECTION_TREE:
+      return LightSelection::kTree;
+    case v1::LIGHT_SELECTION_MIXED:
+      return LightSelection::kMixed;
+    case v1::LIGHT_SELECTION_POWER:
+      return LightSelection::kPower;
+    case v1::LIGHT_SELECTION_UNIFORM:
+      return LightSelection::kUniform;
+    default:
+      return LightSelection::kAuto;
+  }
+}
+
+std::optional<StructureKind> structure_of(v1::Accelerator asked) {
+  switch (asked) {
+    case v1::ACCELERATOR_BRUTE:
+      return StructureKind::kBrute;
+    case v1::ACCELERATOR_BVH_MEDIAN:
+      return StructureKind::kBvhMedian;
+    case v1::ACCELERATOR_BVH_SAH:
+      return StructureKind::kBvhSah;
+    case v1::ACCELERATOR_SPHERE_TREE:
+      return StructureKind::kSphereTree;
+    case v1::ACCELERATOR_GRID:
+      return StructureKind::kGrid;
+    case v1::ACCELERATOR_OCTREE:
+      return StructureKind::kOctree;
+    case v1::ACCELERATOR_BSP:
+      return StructureKind::kBsp;
+    case v1::ACCELERATOR_KD_MEDIAN:
+      return StructureKind::kKdMedian;
+    case v1::ACCELERATOR_KD_SAH:
+      return StructureKind::kKdSah;
+    default:
+      return std::nullopt;
+  }
+}
+
+ShadowKind shadows_of(v1::Shadows asked) {
+  switch (asked) {
+    case v1::SHADOWS_NONE:
+      return ShadowKind::kNone;
+    case v1::SHADOWS_HARD:
+      return ShadowKind::kHard;
+    case v1::SHADOWS_PCF:
+      return ShadowKind::kFiltered;
+    default:
+      return ShadowKind::kSoft;
+  }
+}
+
+PhotonSettings photon_config(const v1::PhotonSettings& asked) {
+  return {.radius = static_cast<float>(asked.radius()),
+          .caustic_radius = static_cast<float>(asked.caustic_radius()),
+          .photons = static_cast<std::uint32_t>(asked.photons()),
+          .one_map = asked.map() == v1::PHOTON_MAP_CLASSIC,
+          .direct = asked.light() == v1::PHOTON_LIGHT_ALL};
+}
+
+TexelFilter filter_of(v1::TextureFilter asked) {
+  switch (asked) {
+    case v1::TEXTURE_FILTER_TRILINEAR:
+      return TexelFilter::kTrilinear;
+    case v1::TEXTURE_FILTER_EWA:
+      return TexelFilter::kEwa;
+    default:
+      return TexelFilter::kBilinear;
+  }
+}
+
+}  // namespace
+
+Settings read_settings(const v1::JobSpec& job) {
+  const v1::Algorithms& asked = job.content().algorithms();
+  Settings result;
+  result.algorithm = wire::find_algorithm(asked.integrator());
+  result.structure = structure_of(asked.accelerator());
+  result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
+  if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
+  result.shadow_cache = asked.shadow_cache();
+  result.nesting = asked.nesting();
+  result.intersection = asked.intersection();
+  result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
+  result.light_selection = selection_of(asked);
+  result.texture_filter = filter_of(asked.texture_filter());
+  if (asked.has_irradiance_cache()) {
+    const v1::IrradianceCache& cache = asked.irradiance_cache();
+    result.irradiance_cache = {.error = static_cast<float>(cache.error()),
+                               .samples = static_cast<std::int32_t>(cache.samples()),
+                               .least_reach = static_cast<float>(cache.least_reach()),
+                               .most_reach = static_cast<float>(cache.most_reach()),
+                               .view = cache.view(),
+                               .glossy_bands = static_cast<std::int32_t>(cache.glossy_bands())};
+  }
+  const v1::RadiositySettings& radiosity = asked.radiosity();
+  result.radiosity = {.error_bound = radiosity.error_bound(),
+                      .smallest_area = radiosity.smallest_area(),
+                      .residual = radiosity.residual(),
+                      .final_gather = radiosity.final_gather(),
+                      .memory_limit = radiosity.memory_limit()};
+  result.ignore_non_diffuse = radiosity.ignore_non_diffuse();
+  result.photon = photon_config(asked.photon());
+  if (asked.has_mlt()) {
+    const v1::MetropolisSettings& metropolis = asked.mlt();
+    result.metropolis = {.mutations = metropolis.mutations(),
+                         .candidates = metropolis.candidates(),
+                         .large_steps = static_cast<float>(metropolis.large_steps()),
+                         .step = static_cast<float>(metropolis.step())};
+  }
+  const v1::JobSpec::View& view = job.view();
+  if (view.sampler() == v1::SAMPLER_INDEPENDENT) result.sampler.kind = SamplerKind::kIndependent;
+  if (view.sampler() == v1::SAMPLER_Z_SOBOL) {
+    result.sampler.kind = SamplerKind::kZSobol;
+    result.sampler.sample_bits = static_cast<int>(view.sample_bits());
+  }
+  result.sampler.seed = view.seed();
+  result.max_depth = static_cast<std::int32_t>(std::min(view.max_depth(), wire::kMaxDepth));
+  result.occlusion_distance = static_cast<float>(asked.ao().distance());
+  result.guiding_samples = asked.guided().samples();
+  for (const int aov : view.aovs()) {
+    if (aov == v1::AOV_ALBEDO) result.aovs.albedo = true;
+    if (aov == v1::AOV_NORMAL) result.aovs.normal = true;
+    if (aov == v1::AOV_DEPTH) result.aovs.depth = true;
+    if (aov == v1::AOV_ID) result.aovs.id = true;
+    if (aov == v1::AOV_VISITS) result.aovs.visits = true;
+    if (aov == v1::AOV_POSITION) result.aovs.position = true;
+    if (aov == v1::AOV_CAMERA_NORMAL) result.aovs.camera_normal = true;
+    if (aov == v1::AOV_UV) result.aovs.uv = true;
+    if (aov == v1::AOV_MOTION) result.aovs.motion = true;
+    if (aov == v1::AOV_MATERIAL_ID) result.aovs.material_id = true;
+    if (aov == v1::AOV_CRYPTO_OBJECT) result.aovs.crypto_object = true;
+    if (aov == v1::AOV_CRYPTO_MATERIAL) result.aovs.crypto_material = true;
+    if (aov == v1::AOV_CRYPTO_ASSET) result.aovs.crypto_asset = true;
+    if (aov == v1::AOV_HALVES) result.aovs.halves = true;
+  }
+  result.preview.shadows = shadows_of(asked.preview().shadows());
+  result.preview.ambient = static_cast<float>(asked.preview().ambient());
+  return result;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,42 @@
+// A job's settings as the builders take them.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "render/accel/structure/scene_structure.h"
+#include "render/integrator/scene_tables.h"
+#include "render/light/light_build.h"
+#include "tessera/v1/job.pb.h"
+#include "wire/algorithm.h"
+
+namespace tessera::render {
+
+struct Settings {
+  const wire::AlgorithmTraits* algorithm = nullptr;
+  SamplerConfig sampler;
+  std::int32_t max_depth = 5;  // scattering events on a path
+  AovRequest aovs;
+  IrradianceCacheSettings irradiance_cache;
+  float occlusion_distance = 0;  // 0: any
+  double guiding_samples = 0;    // a pixel
+  RadiositySettings radiosity;
+  bool ignore_non_diffuse = false;
+  PreviewSettings preview;
+  std::optional<StructureKind> structure;  // none: Embree's
+  double grid_density = kGridDensity;
+  bool shadow_cache = false;  // of structures that are not Embree's
+  v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
+  v1::Intersection intersection = v1::INTERSECTION_AUTO;
+  bool single_rays = false;                             // rays are traced one by one
+  TexelFilter texture_filter = TexelFilter::kBilinear;  // of images that name none
+  LightSelection light_selection = LightSelection::kAuto;
+  bool straight_shadows = false;  // light passes clear glass unbent
+  PhotonSettings photon;
+  MetropolisSettings metropolis;
+};
+
+/// The settings of a job that has been checked (wire/job_check.h).
+Settings read_settings(const v1::JobSpec& job);
+
+}  // namespace tessera::render

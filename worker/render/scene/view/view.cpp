@@ -1,0 +1,88 @@
+#include "render/scene/view/view.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "render/sensor/footprint_record.h"
+#include "wire/pixel_filter.h"
+
+namespace tessera::render {
+
+absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
+  FilterSpec spec;
+  switch (filter.kind()) {
+    case v1::PixelFilter::TRIANGLE:
+      spec.kind = FilterKind::kTriangle;
+      break;
+    case v1::PixelFilter::GAUSSIAN:
+      spec.kind = FilterKind::kGaussian;
+      break;
+    case v1::PixelFilter::MITCHELL:
+      spec.kind = FilterKind::kMitchell;
+      break;
+    case v1::PixelFilter::LANCZOS:
+      spec.kind = FilterKind::kLanczos;
+      break;
+    default:
+      break;
+  }
+  const auto positive_or = [](float x, float otherwise) { return x > 0 && std::isfinite(x) ? x : otherwise; };
+  const wire::FilterRadius radius = wire::radius_of(filter);
+  spec.radius_x = radius.x, spec.radius_y = radius.y;
+  spec.sigma = positive_or(filter.sigma(), spec.sigma);
+  spec.tau = positive_or(filter.tau(), spec.tau);
+  if (filter.b() != 0 || filter.c() != 0) spec.b = filter.b(), spec.c = filter.c();
+  if (!std::isfinite(spec.b) || !std::isfinite(spec.c) || std::max(spec.radius_x, spec.radius_y) > 1000) {
+    return absl::InvalidArgumentError("film: the pixel filter's parameters are not usable");
+  }
+  return PixelFilterRecord::build(spec);
+}
+
+absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+                      const RenderSpace& space, SceneTables& tables) {
+  FaultList faults(1);
+  set_view(scene, job, settings, space, tables, faults);
+  return faults.first();
+}
+
+void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+              const RenderSpace& space, SceneTables& tables, FaultList& faults) {
+  auto sensor =
+      build_sensor(scene.camera(), {job.view().width(), job.view().height()}, space, *settings.algorithm);
+  if (faults.add(scene.camera(), "camera", sensor.status())) {
+    const std::int32_t medium = tables.sensor.medium;  // belongs to the content
+    tables.sensor = *std::move(sensor);
+    tables.sensor.medium = medium;
+  }
+  const auto check_film = [&](const absl::Status& status) {
+    return faults.add(scene.film(), "film", status);
+  };
+  if (job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER)
+    check_film(wire::check_scattering(scene.film().filter()));
+  tables.footprint = footprint_of(tables.sensor, job.view().texture_footprint());
+  auto filter = build_filter(scene.film().filter());
+  if (check_film(filter.status())) tables.filter = *std::move(filter);
+  Response& response = tables.sensor.response;
+  response.exposure = scene.film().has_exposure() ? scene.film().exposure() : 1.0f;
+  if (!std::isfinite(response.exposure))
+    check_film(absl::InvalidArgumentError("film: the exposure is not finite"));
+  tables.sampler = settings.sampler;
+  tables.max_depth = settings.max_depth;
+  tables.occlusion_distance = settings.occlusion_distance;
+  tables.guiding_samples = settings.guiding_samples;
+  tables.aovs = settings.aovs;
+  if (settings.aovs.motion && scene.camera().has_spherical()) {
+    faults.add(
+        scene.camera(), "camera",
+        absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
+  }
+  for (int i = 0; i < 3; ++i) tables.render_origin[i] = static_cast<float>(space.origin[i]);
+  tables.irradiance_cache = settings.irradiance_cache;
+  tables.radiosity = settings.radiosity;
+  tables.preview = settings.preview;
+  tables.photon = settings.photon;
+  tables.metropolis = settings.metropolis;
+}
+
+}  // namespace tessera::render

@@ -1,0 +1,27 @@
+// How a scene is looked at: all of its tables that does not depend on what is in it.
+#pragma once
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "render/film/pixel_filter.h"
+#include "render/integrator/scene_tables.h"
+#include "render/scene/placement/render_space.h"
+#include "render/scene/values/fault_list.h"
+#include "render/scene/view/sensor.h"
+#include "render/scene/view/settings.h"
+#include "tessera/v1/job.pb.h"
+#include "tessera/v1/scene.pb.h"
+
+namespace tessera::render {
+
+absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter);
+
+/// Sets camera, film and sampler; leaves the arrays alone, and the medium of the camera, which is one of
+/// them.
+absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+                      const RenderSpace& space, SceneTables& tables);
+/// The same, but goes on after a fault.
+void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
+              const RenderSpace& space, SceneTables& tables, FaultList& faults);
+
+}  // namespace tessera::render

@@ -1,0 +1,107 @@
+#include "render/transport/vertex/sensor_joins.h"
+
+#include "render/film/summable.h"
+#include "render/integrator/stage_timer.h"
+#include "render/sensor/respond.h"
+#include "render/transport/vertex/light_start.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+namespace {
+
+/// Lanes whose place on the film is seen by a pixel of the rectangle.
+Mask lands(const SceneTables& scene, Vec2 film, const FilmRect& rect) {
+  const float rx = scene.filter.x.radius, ry = scene.filter.y.radius;
+  return (film.x > static_cast<float>(rect.x0) - rx) & (film.x < static_cast<float>(rect.x1) + rx) &
+         (film.y > static_cast<float>(rect.y0) - ry) & (film.y < static_cast<float>(rect.y1) + ry);
+}
+
+}  // namespace
+
+SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
+                       const FilmRect& rect, Mask wanted) {
+  SensorJoin join;
+  join.eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, wanted);
+  join.seen = wanted & join.eye.valid & lands(scene, join.eye.raster, rect);
+  if (none(join.seen)) return join;
+  const Vec3 to_eye = join.eye.lens - v.surface.p;
+  const Float distance = length(to_eye);
+  join.w = to_eye * (1.0f / max(distance, 1e-30f));
+  // Radiance towards the eye of light that comes from where the path comes from; the cosine at the light's
+  // side is the shading normal's, so the geometric one takes its place.
+  join.back = eval_scattering(scene, v, join.w, v.wo, join.seen);
+  const Float geometry =
+      join.eye.importance * abs(dot(join.w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
+  join.value = beta * join.back.f_cos *
+               (select(v.in_medium, join.eye.importance, geometry) * scene.sensor.response.exposure);
+  return join;
+}
+
+WideConnection ray_of(const SceneTables& scene, const Vertex& v, const SensorJoin& join, Mask& shines) {
+  shines = and_not(shines, is_black(join.value));
+  for (int c = 0; c < kSpectrumLanes; ++c) shines &= is_summable(join.value.c[c]);
+  WideConnection ray = connect(scene, v, join.w, join.eye.lens, shines);
+  // Things before the near plane are not seen, and block nothing.
+  ray.distance = ray.distance * join.eye.open_part;
+  ray.contribution = join.value;
+  return ray;
+}
+
+void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, Mask shines) {
+  WideConnection ray = ray_of(scene_, v, join, shines);
+  ray.key = bit_cast<std::int32_t>(key);
+  ray.layers = join.layers;
+  ray.inverse_weight = join.inverse_weight;
+  const int at = connections_.size;
+  compress_store(join.eye.raster.x, shines, film_x_ + at);
+  compress_store(join.eye.raster.y, shines, film_y_ + at);
+  connections_.size += append(scene_, ray, shines, connections_, at);
+  for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;
+}
+
+void SensorJoins::trace(Film& film) {
+  const StageTimer timer(stats_.times, Stage::kShadow);
+  splats_.clear();
+  if (scene_.volumetric) {
+    transit_.march(Passenger::kPath, connections_, hits_, 0, [&](const WideConnection& ray, Mask arrived) {
+      for (std::uint32_t bits = arrived.bits(); bits != 0; bits &= bits - 1) {
+        const int lane = __builtin_ctz(bits);
+        float light[kSpectrumLanes];
+        for (int c = 0; c < kSpectrumLanes; ++c) light[c] = ray.contribution.c[c].lane(lane);
+        splat(ray.slot.lane(lane), light, scene_.layers.count > 0 ? ray.layers.lane(lane) : 0,
+              scene_.layers.unweighted != 0 ? ray.inverse_weight.lane(lane) : 1);
+      }
+    });
+  } else {
+    const float* const times = scene_.any_motion ? connections_.time : nullptr;
+    rays_.occluded(arrays_of(connections_.origin, connections_.direction, times), connections_.size,
+                   connections_.distance);
+    stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
+    for (int i = 0; i < connections_.size; ++i) {
+      if (connections_.distance[i] < 0) continue;
+      float light[kSpectrumLanes];
+      for (int c = 0; c < kSpectrumLanes; ++c) light[c] = connections_.contribution.c[c][i];
+      splat(i, light, scene_.layers.count > 0 ? connections_.layers[i] : 0,
+            scene_.layers.unweighted != 0 ? connections_.inverse_weight[i] : 1);
+    }
+    connections_.size = 0;
+  }
+  film.splat(splats_);
+}
+
+void SensorJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers,
+                        float inverse_weight) {
+  Splat splat{film_x_[place], film_y_[place], {}};
+  for (int channel = 0; channel < kResponseChannels; ++channel)
+    splat.value[channel] = channel_of(channel, [&](int lane) { return light[lane]; });
+  splat.layers = static_cast<std::uint32_t>(layers & ~scene_.layers.unweighted);
+  splats_.push_back(splat);
+  const std::int32_t apart = layers & scene_.layers.unweighted;
+  if (apart == 0) return;
+  for (float& value : splat.value) value *= inverse_weight;
+  splat.layers = static_cast<std::uint32_t>(apart);
+  splat.in_picture = false;
+  splats_.push_back(splat);
+}
+
+}  // namespace tessera::render::TESSERA_ISA

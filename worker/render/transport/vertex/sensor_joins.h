@@ -1,0 +1,56 @@
+// Vertices of paths from lights joined to the camera: light that lands anywhere on the film.
+#pragma once
+
+#include <vector>
+
+#include "render/integrator/integrator.h"
+#include "render/sensor/sensor.h"
+#include "render/transport/vertex/transit.h"
+#include "render/transport/vertex/vertex.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Sixteen vertices and the camera.
+struct SensorJoin {
+  SensorConnection eye;
+  Vec3 w;                      // unit, towards the lens
+  BsdfEval back;               // of what scatters there: value, and density of going back to the light
+  Spectrum value;              // of the splat, were nothing in between
+  Mask seen;                   // from the rectangle's pixels
+  Int layers{0};               // that the light belongs to: bits; where there are any
+  Float inverse_weight{1.0f};  // of ConnectionFields
+};
+
+/// `beta` is what the path carries to the vertex.
+SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
+                       const FilmRect& rect, Mask wanted);
+
+/// The ray of such a join, with what it carries. Lanes of `shines` whose light cannot be summed, or that have
+/// none, are taken from it.
+WideConnection ray_of(const SceneTables& scene, const Vertex& v, const SensorJoin& join, Mask& shines);
+
+/// Joins that wait to be traced.
+class SensorJoins {
+ public:
+  explicit SensorJoins(const IntegratorContext& context)
+      : scene_(context.scene), rays_(context.rays), stats_(context.stats), transit_(context) {}
+
+  /// Adds joins, no more than a batch has paths before they are traced. `key` is that of random numbers on
+  /// the way, in volumetric scenes.
+  void add(const Vertex& v, const SensorJoin& join, UInt key, Mask shines);
+  void trace(Film& film);
+
+ private:
+  void splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers, float inverse_weight);
+
+  const SceneTables& scene_;
+  const RayQuery& rays_;
+  RenderStats& stats_;
+  ConnectionQueue connections_;               // in slots that are places of the next
+  alignas(64) Lanes<float> film_x_, film_y_;  // where they land
+  Transit transit_;                           // volumetric scenes only, like the next
+  HitState hits_;
+  std::vector<Splat> splats_;
+};
+
+}  // namespace tessera::render::TESSERA_ISA
