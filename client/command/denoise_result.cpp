@@ -48,13 +48,13 @@ absl::Status read_planes(Rows& rows, Image& image) {
 }
 
 /// Puts the picture into memory, if it is elsewhere and there is memory to denoise it.
-absl::Status make_whole(std::uint64_t needed, const v1::JobSpec& spec, FollowedJob& followed) {
+absl::Status make_whole(std::uint64_t needed, const v1::JobSpec& spec, FollowedImage& followed) {
   if (!followed.rows) return absl::OkStatus();
   if (const std::uint64_t available = base::available_memory(); needed > available) {
     return absl::ResourceExhaustedError(
         absl::StrFormat("%s, and %.3g are free", demand(needed, spec), gibibytes(available)));
   }
-  Image whole = *followed.image;
+  Image whole = followed.image;
   if (absl::Status status = read_planes(*followed.rows, whole); !status.ok()) return status;
   followed.image = std::move(whole);
   followed.rows.reset();
@@ -103,23 +103,25 @@ void tell(const DenoiseReport& report) {
 }
 
 void denoise_result(const RenderOptions& options, const v1::JobSpec& spec, FollowedJob& followed) {
-  if (!options.job.denoise || !followed.image) return;
-  if (followed.status.state() != v1::DONE || followed.incomplete_pixels > 0) {
-    std::cerr << "warning: the picture is not whole, and is not denoised\n";
-    return;
+  if (!options.job.denoise) return;
+  for (FollowedImage& of_view : followed.images) {
+    if (followed.status.state() != v1::DONE || of_view.incomplete_pixels > 0) {
+      std::cerr << "warning: the picture is not whole, and is not denoised\n";
+      return;
+    }
+    of_view.denoised = make_whole(denoise_memory(options, spec), spec, of_view);
+    if (!of_view.denoised.ok()) continue;
+    Image& image = of_view.image;
+    image.metadata["tessera.spp"] = static_cast<std::int32_t>(spec.samples().spp());
+    const absl::StatusOr<DenoiseReport> done =
+        denoise_image(denoise_options(*options.job.denoise, options.threads), image);
+    if (!done.ok()) {
+      of_view.denoised = done.status();
+      continue;
+    }
+    if (!options.quiet) tell(*done);
+    keep_wanted(options.job, image);
   }
-  followed.denoised = make_whole(denoise_memory(options, spec), spec, followed);
-  if (!followed.denoised.ok()) return;
-  Image& image = *followed.image;
-  image.metadata["tessera.spp"] = static_cast<std::int32_t>(spec.samples().spp());
-  const absl::StatusOr<DenoiseReport> done =
-      denoise_image(denoise_options(*options.job.denoise, options.threads), image);
-  if (!done.ok()) {
-    followed.denoised = done.status();
-    return;
-  }
-  if (!options.quiet) tell(*done);
-  keep_wanted(options.job, image);
 }
 
 }  // namespace tessera::client

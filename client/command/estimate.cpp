@@ -22,6 +22,7 @@
 #include "pilot/estimate.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
+#include "wire/scene_views.h"
 
 namespace tessera::client {
 namespace {
@@ -100,10 +101,11 @@ struct Outlook {
   std::size_t part_count = 0;
   double phases = 0, build = 0;  // CPU seconds
   double pixels = 0;
+  double views = 1;  // each of which costs as much as view 0
 
-  double seconds() const { return parts.cpu_seconds + phases; }
-  double least() const { return std::max(0.0, seconds() - kOfNormal * parts.cpu_error); }
-  double most() const { return seconds() + kOfNormal * parts.cpu_error; }
+  double seconds() const { return views * parts.cpu_seconds + phases; }
+  double least() const { return std::max(0.0, seconds() - kOfNormal * views * parts.cpu_error); }
+  double most() const { return seconds() + kOfNormal * views * parts.cpu_error; }
 };
 
 std::string hours(double seconds) { return absl::StrFormat("%.3g", seconds / 3600); }
@@ -128,6 +130,8 @@ std::string outlook_text(const Outlook& outlook, const v1::JobSpec& spec, const 
   absl::StrAppendFormat(&text, "\nloading     %.3g CPU s on each machine\n", outlook.build);
   if (outlook.phases > 0)
     absl::StrAppendFormat(&text, "phases      %.3g CPU s, part of the cost\n", outlook.phases);
+  if (outlook.views > 1)
+    absl::StrAppendFormat(&text, "views       %g, all taken to cost as view 0\n", outlook.views);
   absl::StrAppendFormat(&text, "survey      %d of %d parts, %.3g CPU s\n", outlook.parts.parts,
                         outlook.part_count, outlook.parts.survey_seconds);
   return text;
@@ -135,7 +139,7 @@ std::string outlook_text(const Outlook& outlook, const v1::JobSpec& spec, const 
 
 std::string outlook_json(const Outlook& outlook, const v1::JobSpec& spec, const EstimateWishes& options) {
   nlohmann::ordered_json json = {{"cpu_seconds", outlook.seconds()},
-                                 {"cpu_seconds_error", outlook.parts.cpu_error},
+                                 {"cpu_seconds_error", outlook.views * outlook.parts.cpu_error},
                                  {"core_hours", outlook.seconds() / 3600},
                                  {"core_hours_95", {outlook.least() / 3600, outlook.most() / 3600}},
                                  {"samples_a_pixel", outlook.parts.samples / outlook.pixels},
@@ -146,6 +150,7 @@ std::string outlook_json(const Outlook& outlook, const v1::JobSpec& spec, const 
                                  {"integrator", spec.content().algorithms().integrator()},
                                  {"build_cpu_seconds", outlook.build},
                                  {"phases_cpu_seconds", outlook.phases},
+                                 {"views", outlook.views},
                                  {"parts", outlook.parts.parts},
                                  {"parts_total", outlook.part_count},
                                  {"survey_cpu_seconds", outlook.parts.survey_seconds}};
@@ -180,7 +185,8 @@ absl::StatusOr<Outlook> look_ahead(const EstimateWishes& options, LoadedJob& loa
                  .part_count = parts.count(),
                  .phases = spec.cut().phases_size() > 0 ? phases->cost.cpu_seconds : 0,
                  .build = (*scene)->build_cpu_seconds(),
-                 .pixels = double(crop.x1() - crop.x0()) * double(crop.y1() - crop.y0())};
+                 .pixels = double(crop.x1() - crop.x0()) * double(crop.y1() - crop.y0()),
+                 .views = double(wire::views_of(spec))};
 }
 
 int run(const EstimateWishes& options, Interrupt& interrupt) {

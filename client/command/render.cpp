@@ -84,14 +84,14 @@ std::vector<std::filesystem::path> other_folders() {
 }
 
 /// The image could not be written, and no checkpoint has its results: it is kept elsewhere, if that can be.
-void keep_image(const FollowedJob& followed, const RenderOptions& options) {
+void keep_image(const FollowedImage& of_view, const std::string& output) {
   for (const std::filesystem::path& folder : other_folders()) {
     std::error_code error;
     std::filesystem::create_directories(folder, error);
-    const std::string name = std::filesystem::path(options.output).stem().string();
+    const std::string name = std::filesystem::path(output).stem().string();
     const std::string path = (folder / absl::StrCat(name, "-", getpid(), ".exr")).string();
-    const Image& image = *followed.image;
-    if (!(followed.rows ? write_image(image, *followed.rows, path) : write_image(image, path)).ok()) continue;
+    const Image& image = of_view.image;
+    if (!(of_view.rows ? write_image(image, *of_view.rows, path) : write_image(image, path)).ok()) continue;
     report(kIncomplete, absl::StrCat("the image is in ", path, " instead"));
     return;
   }
@@ -166,12 +166,17 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
   if (!failure.ok() && followed.ok()) followed->broken_off = failure;
   if (!followed.ok()) return report_farm_error(followed.status());
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
-  if (followed->image) loaded->describe(options, *followed->image);
+  loaded->describe(options, *followed);
   denoise_result(options, spec, *followed);
   exit_code = deliver(*followed, spec, options.output, options.exr, options.quiet);
   if (!failure.ok()) exit_code = kIncomplete;
-  if (followed->image && !followed->written && options.checkpoint.empty()) keep_image(*followed, options);
-  is_whole = followed->written && followed->status.state() == v1::DONE;
+  const auto views = static_cast<std::uint32_t>(followed->images.size());
+  for (std::uint32_t view = 0; view < views && options.checkpoint.empty(); ++view) {
+    if (!followed->images[view].written)
+      keep_image(followed->images[view], output_of_view(options.output, view, views));
+  }
+  is_whole = views > 0 && std::ranges::all_of(followed->images, &FollowedImage::written) &&
+             followed->status.state() == v1::DONE;
   const TimeSpent spent = time_spent(
       followed->status.stats(), ProcessTime{.start_seconds = start_cpu_seconds,
                                             .import_seconds = loaded->import_cpu_seconds,

@@ -38,6 +38,7 @@
 #include "wire/mesh_blob.h"
 #include "wire/packed_instances.h"
 #include "wire/scene_numbers.h"
+#include "wire/scene_views.h"
 
 namespace tessera::client {
 namespace {
@@ -119,6 +120,9 @@ void define_film_options(options::Command& command, RenderOptions& options) {
       .add("--overscan", job.overscan,
            "pixels to render on each side beyond the image; the EXR's data window has them")
       .in_range(0, wire::kMaxFilmSide / 4)
+      .as_setting();
+  command.add("--view", job.view, "one view of a scene that has several, alone: the first is 0")
+      .in_range(0, wire::kMaxUnitsPerJob)
       .as_setting();
   const auto add_aov = [&aovs = job.aovs, &layers = job.layers](const std::string& word) {
     if (const absl::StatusOr<bool> taken = take_layer_word(word, layers); !taken.ok() || *taken)
@@ -203,9 +207,12 @@ void LoadedJob::free_blobs() {
   std::string().swap(job->scene.bytes);
 }
 
-void LoadedJob::describe(const RenderOptions& options, Image& image) const {
-  add_scene_facts(imported.scene, job->spec, image);
-  if (options.frame) add_frame_facts(*options.frame, rate, image);
+void LoadedJob::describe(const RenderOptions& options, FollowedJob& followed) const {
+  for (std::uint32_t view = 0; view < followed.images.size(); ++view) {
+    Image& image = followed.images[view].image;
+    add_scene_facts(imported.scene, wire::camera_of(imported.scene, view), job->spec, image);
+    if (options.frame) add_frame_facts(*options.frame, rate, image);
+  }
 }
 
 std::vector<MatteList> LoadedJob::mattes(const RenderOptions& options) const {
@@ -319,6 +326,19 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   loaded->imported.scene.clear_animation();
   if (options.origin && !loaded->imported.scene.has_render_origin())
     *loaded->imported.scene.mutable_render_origin() = **options.origin;
+  if (options.job.view) {
+    const std::uint32_t view = *options.job.view;
+    v1::Scene& scene = loaded->imported.scene;
+    if (view > 0 && view <= static_cast<std::uint32_t>(scene.views_size())) {
+      // What is wrong with it is told where it stands in the file.
+      auto place = loaded->imported.places.extract(&wire::camera_of(scene, view));
+      if (!place.empty()) loaded->imported.places[&scene.camera()] = std::move(place.mapped());
+    }
+    if (const absl::Status status = wire::keep_view(view, scene); !status.ok()) {
+      exit_code = report(kUsage, absl::StrCat("--view: ", std::string(status.message())));
+      return nullptr;
+    }
+  }
   if (options.roots) set_roots(*options.roots, loaded->imported.scene);
   const auto print_warnings = [&](const std::vector<std::string>& lines) {
     if (options.quiet) return;

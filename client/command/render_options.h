@@ -10,6 +10,7 @@
 #include "command/command_line.h"
 #include "command/frames/frame_list.h"
 #include "command/jobs/auto_choice.h"
+#include "command/jobs/follow.h"
 #include "command/jobs/job_settings.h"
 #include "command/report/output.h"
 #include "image/cryptomatte.h"
@@ -81,8 +82,8 @@ struct LoadedJob {
   void free_meshes();
   /// Frees those of all blobs, which the job does not know any more.
   void free_blobs();
-  /// Adds to the job's image what its file tells of scene and frame.
-  void describe(const RenderOptions& options, Image& image) const;
+  /// Adds to the job's images what their files tell of scene and frame.
+  void describe(const RenderOptions& options, FollowedJob& followed) const;
   /// The Cryptomattes of its pictures, with names of the scene, which must outlive them.
   std::vector<MatteList> mattes(const RenderOptions& options) const;
   /// "file:line:column: message", one a warning.

@@ -44,8 +44,12 @@ class ObstacleFinder {
   }
 
   std::vector<Obstacle> run() {
-    if (algorithm_.projects_points && scene_.camera().has_spherical())
-      add(scene_.camera(), "camera", "needs a perspective or orthographic camera");
+    for (int view = 0; view <= scene_.views_size() && algorithm_.projects_points; ++view) {
+      const v1::Camera& camera = view == 0 ? scene_.camera() : scene_.views(view - 1);
+      if (camera.has_spherical())
+        add(camera, view == 0 ? "camera" : absl::StrCat("view ", view),
+            "needs a perspective or orthographic camera");
+    }
     for (int i = 0; i < scene_.lights_size() && algorithm_.starts_at_lights; ++i) {
       const v1::Light& light = scene_.lights(i);
       if (light.infinite().portal_size() > 0)

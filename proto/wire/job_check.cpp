@@ -14,6 +14,7 @@
 #include "wire/enum_words.h"
 #include "wire/limits.h"
 #include "wire/pixel_filter.h"
+#include "wire/scene_views.h"
 #include "wire/settings.h"
 
 namespace tessera::wire {
@@ -128,6 +129,10 @@ absl::Status check_sampler(const v1::JobSpec& spec) {
 
 absl::Status check_noise(const v1::JobSpec& spec) {
   if (spec.samples().noise() == 0) return absl::OkStatus();
+  if (views_of(spec) > 1) {
+    return absl::InvalidArgumentError(
+        "samples.noise: its pilot sees one view, and the job has several; it can render one of them alone");
+  }
   if (spec.samples().spp() < kLeastNoiseSamples) {
     return absl::InvalidArgumentError(absl::StrCat("samples.spp is ", spec.samples().spp(),
                                                    "; with samples.noise it is the cap, and ",

@@ -12,6 +12,7 @@
 #include "wire/film_size.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
+#include "wire/scene_views.h"
 
 namespace tessera::server {
 namespace {
@@ -134,6 +135,7 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   WorkPlan plan;
   plan.phases_ = *std::move(phases);
   plan.crop_ = spec.cut().crop();
+  plan.views_ = wire::views_of(spec);
   plan.passes_ = wire::works_in_passes(spec);
   plan.tile_size_ =
       plan.passes_ ? std::max(spec.view().width(), spec.view().height()) : spec.cut().tile_size();
@@ -145,11 +147,14 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
   const std::uint32_t columns = divide_up(plan.crop_.x1(), plan.tile_size_) - plan.first_column_;
   const std::uint32_t rows = divide_up(plan.crop_.y1(), plan.tile_size_) - plan.first_row_;
 
+  // Each factor by itself first: their product may not fit into 64 bits.
   const std::uint64_t tiles = std::uint64_t{columns} * rows;
-  if (plan.phases_.unit_count() + tiles * plan.range_count_ > wire::kMaxUnitsPerJob) {
-    return unsound(absl::StrCat(tiles, " tiles times ", plan.range_count_, " sample ranges are more than ",
-                                wire::kMaxUnitsPerJob,
-                                " units; larger tiles or more samples a unit would help"));
+  if (tiles > wire::kMaxUnitsPerJob || plan.views_ > wire::kMaxUnitsPerJob / tiles ||
+      plan.phases_.unit_count() + tiles * plan.views_ * plan.range_count_ > wire::kMaxUnitsPerJob) {
+    return unsound(
+        absl::StrCat(tiles, " tiles", plan.views_ == 1 ? "" : absl::StrCat(" of ", plan.views_, " views"),
+                     " times ", plan.range_count_, " sample ranges are more than ", wire::kMaxUnitsPerJob,
+                     " units; larger tiles or more samples a unit would help"));
   }
   plan.tiles_ = TileOrder{columns, rows};
   return plan;
@@ -177,7 +182,8 @@ std::optional<UnitRun> WorkPlan::run(std::uint32_t first, std::uint32_t count) c
 v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
   if (!is_of_picture(run.first)) return phases_.unit(run.first);
   const std::uint32_t range = (run.first - phases_.unit_count()) / tile_count();
-  const TileOrder::Tile tile = tiles_.tile(tile_of(run.first));
+  const std::uint32_t view = tile_of(run.first) / tiles_.count();
+  const TileOrder::Tile tile = tiles_.tile(tile_of(run.first) % tiles_.count());
   const std::uint32_t x = (first_column_ + tile.column) * tile_size_;
   const std::uint32_t y = (first_row_ + tile.row) * tile_size_;
 
@@ -188,7 +194,11 @@ v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
   samples.set_begin(range * samples_per_unit_);
   samples.set_end(static_cast<std::uint32_t>(
       std::min<std::uint64_t>((std::uint64_t{range} + run.count) * samples_per_unit_, samples_)));
-  if (passes_) return unit;
+  if (passes_) {
+    unit.mutable_pass()->set_view(view);
+    return unit;
+  }
+  unit.mutable_tile()->set_view(view);
   v1::PixelRect& pixels = *unit.mutable_tile()->mutable_pixels();
   pixels.set_x0(std::max(x, crop_.x0()));
   pixels.set_y0(std::max(y, crop_.y0()));
@@ -202,6 +212,7 @@ v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec) {
   v1::TileUnit extent;
   *extent.mutable_pixels() = spec.cut().crop();
   *extent.mutable_samples() = unit.pass().passes();
+  extent.set_view(unit.pass().view());
   return extent;
 }
 

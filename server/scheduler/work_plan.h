@@ -16,10 +16,10 @@ namespace tessera::server {
 v1::TileUnit extent_of(const v1::WorkUnit& unit, const v1::JobSpec& spec);
 
 /// The units of one job: those of its phases, then those of its picture, which are the tiles of its crop (one
-/// for all of it, when it works in passes), times its sample ranges. Units are made when asked for, so a plan
-/// takes no memory for them. Unit indices ascend in the order in which units are best handed out: of the
-/// picture the first sample range of all tiles, from the middle outwards, then the next range; so a first
-/// picture appears early.
+/// for all of it, when it works in passes) in each of its views, times its sample ranges. Units are made when
+/// asked for, so a plan takes no memory for them. Unit indices ascend in the order in which units are best
+/// handed out: of the picture the first sample range of all tiles, view by view and from the middle outwards,
+/// then the next range; so a first picture appears early.
 class WorkPlan {
  public:
   /// InvalidArgument, by field, for a spec that is unsound or exceeds the caps of wire/limits.h.
@@ -29,7 +29,8 @@ class WorkPlan {
   const PhasePlan& phases() const { return phases_; }
   bool is_of_picture(std::uint32_t unit) const { return unit >= phases_.unit_count(); }
 
-  std::uint32_t tile_count() const { return tiles_.count(); }
+  /// Of all views.
+  std::uint32_t tile_count() const { return tiles_.count() * views_; }
   /// Tile of a unit of the picture, in the order in which they are handed out.
   std::uint32_t tile_of(std::uint32_t unit) const { return (unit - phases_.unit_count()) % tile_count(); }
 
@@ -61,6 +62,7 @@ class WorkPlan {
 
   PhasePlan phases_;
   v1::PixelRect crop_;
+  std::uint32_t views_ = 1;
   bool passes_ = false;
   std::uint32_t tile_size_ = 0;
   std::uint32_t samples_ = 0;

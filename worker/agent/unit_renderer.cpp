@@ -18,6 +18,7 @@
 #include "tessera/v1/scene.pb.h"
 #include "wire/digest.h"
 #include "wire/job_check.h"
+#include "wire/scene_views.h"
 #include "wire/tile_result.h"
 #include "wire/unit_counts.h"
 
@@ -108,7 +109,8 @@ void set_blob(std::string blob, Outcome& outcome) {
 UnitRenderer::UnitRenderer(const AgentOptions& options, CoordinatorLink& link, BlobFetcher* fetcher)
     : options_(options),
       fetcher_(fetcher),
-      scenes_([this](const v1::JobSpec& spec, std::stop_token stop) { return load(spec, stop); },
+      scenes_([this](const v1::JobSpec& spec, std::uint32_t view,
+                     std::stop_token stop) { return load(spec, view, stop); },
               options.scenes_kept,
               options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
       prepared_(link, fetcher),
@@ -189,7 +191,8 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   if (unit.unit.work_case() == v1::WorkUnit::WORK_NOT_SET)
     return absl::UnimplementedError("this worker knows tiles, passes, parts and merges only");
 
-  const absl::StatusOr<std::shared_ptr<const LoadedScene>> loaded = scenes_.get(*unit.spec, stop);
+  const absl::StatusOr<std::shared_ptr<const LoadedScene>> loaded =
+      scenes_.get(*unit.spec, wire::view_of(unit.unit), stop);
   if (!loaded.ok()) {
     outcome.scene_fault = absl::IsInvalidArgument(loaded.status());
     return loaded.status();
@@ -240,7 +243,8 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   return absl::OkStatus();
 }
 
-absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::stop_token stop) {
+absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::uint32_t view,
+                                               std::stop_token stop) {
   if (auto s = wire::check_settings(spec); !s.ok()) return s;
   const Clock::time_point start = Clock::now();
   const std::chrono::nanoseconds cpu_start = base::process_cpu_time();
@@ -267,6 +271,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
       !scene.ParseFromArray(bytes->bytes.data(), static_cast<int>(bytes->bytes.size()))) {
     return absl::InvalidArgumentError(absl::StrCat("blob ", digest, " is not a scene"));
   }
+  if (absl::Status status = wire::keep_view(view, scene); !status.ok()) return status;
 
   const Clock::time_point build_start = Clock::now();
   const std::chrono::nanoseconds cpu_build_start = base::process_cpu_time();
@@ -275,8 +280,10 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::sto
     return absl::FailedPreconditionError(
         absl::StrCat("the job wants ISA '", isa, "', which this worker does not have"));
   }
+  v1::JobSpec of_view = spec;
+  of_view.mutable_view()->set_seed(wire::seed_of(spec, view));
   absl::StatusOr<std::unique_ptr<render::RenderScene>> built = options_.load_scene(
-      scene, spec, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_, .stop = stop});
+      scene, of_view, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_, .stop = stop});
   if (!built.ok()) return built.status();
 
   LoadedScene loaded{*std::move(built), seconds_since(start), seconds_since(build_start)};

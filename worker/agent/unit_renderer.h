@@ -32,7 +32,7 @@ class UnitRenderer {
   AgentReport report() const;
 
  private:
-  absl::StatusOr<LoadedScene> load(const v1::JobSpec& spec, std::stop_token stop);
+  absl::StatusOr<LoadedScene> load(const v1::JobSpec& spec, std::uint32_t view, std::stop_token stop);
   absl::Status render_unit(const HeldUnit& unit, Outcome& outcome);
   /// Makes the unit's pixels or blob, into the outcome.
   absl::Status make(const HeldUnit& held, const std::shared_ptr<const LoadedScene>& scene,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <ctime>
+#include <filesystem>
 #include <iostream>
 #include <optional>
 #include <set>
@@ -26,6 +27,7 @@
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
 #include "wire/job_check.h"
+#include "wire/scene_views.h"
 #include "wire/version.h"
 
 namespace tessera::client {
@@ -49,7 +51,8 @@ AssemblyOptions assembly_options(const v1::JobSpec& spec) {
 
 std::uint64_t samples_of(const v1::JobSpec& spec) {
   const v1::PixelRect& crop = spec.cut().crop();
-  return std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0()) * spec.samples().spp();
+  return std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0()) * spec.samples().spp() *
+         wire::views_of(spec);
 }
 
 /// Progress of one job, and what happens to it, on stderr.
@@ -100,12 +103,61 @@ class Tale {
   JobNews news_;
 };
 
-/// Hands the result to whoever looks on, and to the assembler where there is one.
-absl::Status add_result(const v1::UnitResult& unit, const FollowOptions& how, Assembler* assembler) {
+/// Puts the pictures of a job's views together.
+class Pictures {
+ public:
+  static absl::StatusOr<Pictures> begin(const v1::JobSpec& spec, const FollowOptions& how) {
+    const std::uint32_t views = wire::views_of(spec);
+    Pictures pictures;
+    pictures.options_ = assembly_options(spec);
+    pictures.options_.max_frame_bytes = how.frame_memory / views;
+    pictures.options_.mattes = how.mattes;
+    for (std::uint32_t view = 0; view < views; ++view) {
+      absl::StatusOr<Assembler> assembler = Assembler::create(pictures.options_);
+      if (!assembler.ok()) return assembler.status();
+      pictures.assemblers_.push_back(*std::move(assembler));
+    }
+    return pictures;
+  }
+
+  absl::Status add(std::uint32_t view, wire::TileResult result) {
+    if (view >= assemblers_.size())
+      return absl::InvalidArgumentError(absl::StrCat("the job has no view ", view));
+    return assemblers_[view].add(std::move(result));
+  }
+
+  std::uint64_t samples_done() const {
+    std::uint64_t samples = 0;
+    for (const Assembler& assembler : assemblers_) samples += assembler.samples_done();
+    return samples;
+  }
+
+  absl::StatusOr<std::vector<FollowedImage>> finish() && {
+    std::vector<FollowedImage> images;
+    for (Assembler& assembler : assemblers_) {
+      absl::StatusOr<Assembly> assembly = std::move(assembler).finish();
+      if (!assembly.ok()) return assembly.status();
+      images.push_back({.image = std::move(assembly->image),
+                        .rows = std::move(assembly->rows),
+                        .incomplete_pixels = assembly->incomplete_pixels,
+                        .holes = std::move(assembly->holes),
+                        .denoised = absl::OkStatus()});
+    }
+    return images;
+  }
+
+ private:
+  AssemblyOptions options_;
+  std::vector<Assembler> assemblers_;
+};
+
+/// Hands the result to whoever looks on, and to the pictures where there are some.
+absl::Status add_result(const v1::UnitResult& unit, const FollowOptions& how, Pictures* pictures) {
+  const std::uint32_t view = wire::view_of(unit.unit());
   absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(unit.payload());
-  if (result.ok() && how.show) how.show(*result);
+  if (result.ok() && view == 0 && how.show) how.show(*result);
   absl::Status status = result.status();
-  if (status.ok() && assembler != nullptr) status = assembler->add(*std::move(result));
+  if (status.ok() && pictures != nullptr) status = pictures->add(view, *std::move(result));
   if (status.ok()) return status;
   return absl::InternalError(absl::StrCat("result of unit ", unit.unit().index(), ": ", status.message()));
 }
@@ -151,11 +203,8 @@ Window crop_of(const v1::JobSpec& spec) {
 absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id, const v1::JobSpec& spec,
                                        const FollowOptions& how, std::stop_token stop,
                                        const PartialImage& partial) {
-  AssemblyOptions options = assembly_options(spec);
-  options.max_frame_bytes = how.frame_memory;
-  options.mattes = how.mattes;
-  absl::StatusOr<Assembler> assembler = Assembler::create(options);
-  if (!assembler.ok()) return assembler.status();
+  absl::StatusOr<Pictures> pictures = Pictures::begin(spec, how);
+  if (!pictures.ok()) return pictures.status();
 
   const Clock::time_point start = Clock::now();
   Tale tale{spec, how};
@@ -166,23 +215,23 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
   JobCalls::WatchHandlers handlers;
   handlers.result = [&](const v1::UnitResult& unit) {
     ++units;
-    return add_result(unit, how, &*assembler);
+    return add_result(unit, how, &*pictures);
   };
   handlers.status = [&](const v1::JobStatus& status) {
     followed.status = status;
-    tale.tell(status, assembler->samples_done());
+    tale.tell(status, pictures->samples_done());
     if (partial.units > 0 && units >= partial.units) enough.request_stop();
   };
   handlers.restart = [&]() -> absl::Status {
     units = 0;
     if (how.show_anew) how.show_anew();
-    auto again = Assembler::create(options);
+    auto again = Pictures::begin(spec, how);
     if (!again.ok()) return again.status();
-    assembler = std::move(again);
+    pictures = std::move(again);
     return absl::OkStatus();
   };
   absl::StatusOr<v1::JobStatus> status = farm.watch(job_id, handlers, enough.get_token());
-  tale.tell(status.ok() ? *status : followed.status, assembler->samples_done());
+  tale.tell(status.ok() ? *status : followed.status, pictures->samples_done());
   tale.end();
   if (status.ok()) {
     followed.status = *std::move(status);
@@ -193,13 +242,10 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
   }
 
   const bool over = followed.status.state() == v1::DONE || followed.status.state() == v1::INCOMPLETE;
-  if (over || (partial.wanted && assembler->samples_done() > 0)) {
-    absl::StatusOr<Assembly> assembly = std::move(*assembler).finish();
-    if (!assembly.ok()) return assembly.status();
-    followed.image = std::move(assembly->image);
-    followed.rows = std::move(assembly->rows);
-    followed.incomplete_pixels = assembly->incomplete_pixels;
-    followed.holes = std::move(assembly->holes);
+  if (over || (partial.wanted && pictures->samples_done() > 0)) {
+    absl::StatusOr<std::vector<FollowedImage>> images = std::move(*pictures).finish();
+    if (!images.ok()) return images.status();
+    followed.images = *std::move(images);
   }
   followed.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return followed;
@@ -241,13 +287,49 @@ int end_of(const FollowedJob& followed) {
   const v1::JobStatus& status = followed.status;
   if (!followed.broken_off.ok()) {
     const int code = report_farm_error(followed.broken_off);
-    if (!followed.image)
+    if (followed.images.empty())
       return report(static_cast<ExitCode>(code), "nothing was rendered, so no image is written");
     return report(static_cast<ExitCode>(code),
                   absl::StrCat("the image is a partial one: ", status.units_done(), " of ",
                                status.units_total(), " units"));
   }
   return has_ended(status.state()) ? report_end(status) : kDone;
+}
+
+/// Writes the picture of a view. The exit code is that of what went wrong with it; where the job did not end
+/// well, that was told already.
+int write_view(FollowedJob& followed, const v1::JobSpec& spec, std::uint32_t view, const std::string& output,
+               const ExrFormat& exr, bool is_done) {
+  FollowedImage& of_view = followed.images[view];
+  Image& image = of_view.image;
+  RenderInfo info = render_info(spec, followed.status);
+  info.seed = wire::seed_of(spec, view);
+  set_render_info(info, image);
+  add_file_facts(spec.farm().name(), std::time(nullptr), image);
+  mark_biased(image);
+  if (followed.images.size() > 1) image.metadata["tessera.view"] = static_cast<std::int32_t>(view);
+  if (followed.status.state() != v1::DONE && of_view.incomplete_pixels > 0) {
+    image.metadata["tessera.partial"] =
+        absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");
+  }
+  const auto& warnings = followed.status.stats().warnings();
+  if (!warnings.empty()) {
+    const std::set<std::string> sorted(warnings.begin(), warnings.end());
+    image.metadata["tessera.warnings"] = absl::StrJoin(sorted, "\n");
+  }
+  if (!of_view.holes.empty()) image.metadata["tessera.holes"] = list_of(of_view.holes);
+  const absl::Status status =
+      of_view.rows ? write_image(image, *of_view.rows, output, exr) : write_image(image, output, exr);
+  if (!status.ok()) return report(kIncomplete, std::string{status.message()});
+  of_view.written = true;
+  if (!is_done) return kDone;
+  if (of_view.incomplete_pixels > 0)
+    return report(kIncomplete, absl::StrCat(of_view.incomplete_pixels, " pixels lack samples"));
+  if (!of_view.denoised.ok()) {
+    return report(kNotDenoised,
+                  absl::StrCat(output, " is as it was rendered, not denoised: ", of_view.denoised.message()));
+  }
+  return kDone;
 }
 
 }  // namespace
@@ -259,40 +341,29 @@ std::uint64_t frame_memory(const ExrFormat& exr, std::uint64_t denoising) {
   return exr.frame_memory ? *exr.frame_memory : std::min(kMost, available / 4);
 }
 
+std::string output_of_view(const std::string& output, std::uint32_t view, std::uint32_t views) {
+  if (views < 2) return output;
+  const std::filesystem::path path = output;
+  const std::string last = std::to_string(views - 1), number = std::to_string(view);
+  const std::string name =
+      absl::StrCat(path.stem().string(), ".v", std::string(last.size() - number.size(), '0'), number,
+                   path.extension().string());
+  return (path.parent_path() / name).string();
+}
+
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,
             bool quiet) {
   if (!quiet) {
     for (const std::string& warning : followed.status.stats().warnings())
       std::cerr << "warning: " << base::printable(warning) << '\n';
   }
-  const int code = end_of(followed);
-  if (!followed.image) return code;
-  set_render_info(render_info(spec, followed.status), *followed.image);
-  add_file_facts(spec.farm().name(), std::time(nullptr), *followed.image);
-  mark_biased(*followed.image);
-  if (followed.status.state() != v1::DONE && followed.incomplete_pixels > 0) {
-    followed.image->metadata["tessera.partial"] =
-        absl::StrCat(followed.status.units_done(), " of ", followed.status.units_total(), " units");
-  }
-  const auto& warnings = followed.status.stats().warnings();
-  if (!warnings.empty()) {
-    const std::set<std::string> sorted(warnings.begin(), warnings.end());
-    followed.image->metadata["tessera.warnings"] = absl::StrJoin(sorted, "\n");
-  }
-  if (!followed.holes.empty()) followed.image->metadata["tessera.holes"] = list_of(followed.holes);
-  const absl::Status status = followed.rows ? write_image(*followed.image, *followed.rows, output, exr)
-                                            : write_image(*followed.image, output, exr);
-  if (!status.ok()) {
-    return report(kIncomplete, std::string{status.message()});
-  }
-  followed.written = true;
-  if (code == kDone && followed.incomplete_pixels > 0) {
-    return report(kIncomplete, absl::StrCat(followed.incomplete_pixels, " pixels lack samples"));
-  }
-  if (code == kDone && !followed.denoised.ok()) {
-    return report(
-        kNotDenoised,
-        absl::StrCat(output, " is as it was rendered, not denoised: ", followed.denoised.message()));
+  const int ended = end_of(followed);
+  int code = ended;
+  const auto views = static_cast<std::uint32_t>(followed.images.size());
+  for (std::uint32_t view = 0; view < views; ++view) {
+    const int of_view = write_view(followed, spec, view, output_of_view(output, view, views), exr,
+                                   /*is_done=*/ended == kDone);
+    if (of_view == kIncomplete || (code == kDone && of_view != kDone)) code = of_view;
   }
   return code;
 }

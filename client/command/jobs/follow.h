@@ -26,27 +26,33 @@ struct PartialImage {
   std::uint32_t units = 0;
 };
 
-struct FollowedJob {
-  v1::JobStatus status;
-  absl::Status broken_off;  // why following ended before the job did, where a partial image is wanted
-  std::optional<Image>
-      image;  // when the job is done, or incomplete, or a partial one is wanted and there is something
+/// The picture of one of the job's views.
+struct FollowedImage {
+  Image image;
   std::unique_ptr<Rows> rows;  // the image's pixels, where it has none itself
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;
-  absl::Status denoised;    // why a whole image stays as it was rendered, where that was not asked for
+  absl::Status denoised;  // why a whole image stays as it was rendered, where that was not asked for
+  bool written = false;   // deliver() has written the image
+};
+
+struct FollowedJob {
+  v1::JobStatus status;
+  absl::Status broken_off;  // why following ended before the job did, where a partial image is wanted
+  // One a view, when the job is done, or incomplete, or a partial one is wanted and there is something.
+  std::vector<FollowedImage> images;
   double wall_seconds = 0;  // of following
-  bool written = false;     // deliver() has written the image
 };
 
 /// Settings of the program that follows.
 struct FollowOptions {
   bool quiet = false;                   // no progress on stderr
   std::function<bool()> building = {};  // whether a worker of its own builds the scene
-  // Bytes of a frame that may be kept in memory; a larger one has its pixels in FollowedJob::rows.
-  std::uint64_t frame_memory = UINT64_MAX;
-  std::vector<MatteList> mattes = {};  // what lists of identifiers become
-  // Each result as it comes, where somebody looks on; and that all of them come again, for some were wrong.
+  // Bytes of a frame that may be kept in memory; a larger one has its pixels in FollowedImage::rows.
+  std::uint64_t frame_memory = UINT64_MAX;  // of all views together
+  std::vector<MatteList> mattes = {};       // what lists of identifiers become
+  // Each result of view 0 as it comes, where somebody looks on; and that all of them come again, for some
+  // were wrong.
   std::function<void(const wire::TileResult&)> show = {};
   std::function<void()> show_anew = {};
 };
@@ -74,9 +80,13 @@ int report_end(const v1::JobStatus& status);
 /// and these are free.
 std::uint64_t frame_memory(const ExrFormat& exr, std::uint64_t denoising = 0);
 
-/// Ends a command that followed a job: lists holes in the image's attribute "tessera.holes", says in
+/// The file of a view's picture: `output`, of several views with the view's number before the extension,
+/// "scene.v07.exr".
+std::string output_of_view(const std::string& output, std::uint32_t view, std::uint32_t views);
+
+/// Ends a command that followed a job: lists holes in the attribute "tessera.holes" of the images, says in
 /// "tessera.partial" how much there is of one that is not whole, prints the job's warnings (unless quiet) and
-/// its error, writes the image with its metadata to `output`, and returns the exit code.
+/// its error, writes the images with their metadata to `output` (output_of_view), and returns the exit code.
 int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& output, const ExrFormat& exr,
             bool quiet);
 

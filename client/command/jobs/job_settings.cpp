@@ -65,11 +65,11 @@ absl::Status resolve_layers(const JobSettings& request, const v1::Scene& scene, 
   return absl::OkStatus();
 }
 
-absl::Status check_overscan(const JobSettings& request, const v1::Camera& camera) {
+absl::Status check_overscan(const JobSettings& request, const v1::Scene& scene) {
   if (request.overscan == 0) return absl::OkStatus();
   if (request.crop)
     return absl::OutOfRangeError("--overscan is of the whole film: it does not go with --crop");
-  if (camera.has_spherical())
+  if (scene.camera().has_spherical() || std::ranges::any_of(scene.views(), &v1::Camera::has_spherical))
     return absl::OutOfRangeError("--overscan: a camera that sees all around has no more to see");
   return absl::OkStatus();
 }
@@ -117,7 +117,10 @@ std::string scene_bytes(const JobSettings& request, const Resolution& picture, c
   if (!request.filter && request.overscan == 0) return scene.SerializeAsString();
   v1::Scene changed = scene;
   *changed.mutable_film()->mutable_filter() = filter_of(request, scene);
-  if (request.overscan > 0) widen_screen(request.overscan, picture, *changed.mutable_camera());
+  if (request.overscan > 0) {
+    widen_screen(request.overscan, picture, *changed.mutable_camera());
+    for (v1::Camera& camera : *changed.mutable_views()) widen_screen(request.overscan, picture, camera);
+  }
   return changed.SerializeAsString();
 }
 
@@ -264,7 +267,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
 
   const Resolution picture =
       request.resolution.value_or(Resolution{scene.film().width(), scene.film().height()});
-  if (absl::Status status = check_overscan(request, scene.camera()); !status.ok()) return status;
+  if (absl::Status status = check_overscan(request, scene); !status.ok()) return status;
   const Resolution film{picture.width + 2 * request.overscan, picture.height + 2 * request.overscan};
   if (!wire::is_film_size(film.width, film.height)) {
     return absl::InvalidArgumentError(absl::StrCat("the scene's film has ", film.width, "x", film.height,
@@ -294,7 +297,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   v1::JobSpec::View& view = *spec.mutable_view();
   view.set_width(film.width);
   view.set_height(film.height);
+  if (request.view) view.set_seed(view.seed() + *request.view);
   v1::JobSpec::Cut& cut = *spec.mutable_cut();
+  if (scene.views_size() > 0) cut.set_views(1 + static_cast<std::uint32_t>(scene.views_size()));
   *cut.mutable_crop() = *std::move(crop);
   cut.set_tile_size(request.tile_size.value_or(has_borders(view) ? kBorderedTileSize : kTileSize));
   cut.set_samples_per_unit(samples_of_a_unit(spec));

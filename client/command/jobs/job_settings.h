@@ -27,6 +27,7 @@ struct JobSettings {
   std::optional<Resolution> resolution;
   std::optional<v1::PixelRect> crop;
   std::uint32_t overscan = 0;                   // pixels on each side that the film has more
+  std::optional<std::uint32_t> view;            // alone, which the scene's camera is already
   v1::RenderSettings settings;                  // over those of the scene, field by field
   std::optional<v1::PixelFilter::Kind> filter;  // with its usual radius
   // The same settings are for several integrators: those that one has not are left out, else refused.

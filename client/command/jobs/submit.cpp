@@ -111,7 +111,7 @@ int wait_for_image(const SubmitOptions& options, FarmClient& farm, const std::st
   }
   const double seconds = std::chrono::duration<double>(Clock::now() - start).count();
   const OnDone on_done{options.on_done};
-  if (followed->image) loaded.describe(options.render, *followed->image);
+  loaded.describe(options.render, *followed);
   denoise_result(options.render, spec, *followed);
   const int exit_code =
       deliver(*followed, spec, options.render.output, options.render.exr, options.render.quiet);

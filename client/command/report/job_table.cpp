@@ -18,19 +18,22 @@
 #include "farm/farm_client.h"
 #include "wire/enum_words.h"
 #include "wire/job_check.h"
+#include "wire/scene_views.h"
 
 namespace tessera::client {
 
 namespace {
 
-/// "pixels 0,0 to 32,32, samples 0 to 16".
+/// "view 3, pixels 0,0 to 32,32, samples 0 to 16"; of view 0 without its name.
 std::string place_of(const v1::WorkUnit& unit) {
   const v1::SampleRange& samples = unit.has_tile() ? unit.tile().samples() : unit.pass().passes();
   std::string place = absl::StrCat("samples ", samples.begin(), " to ", samples.end());
-  if (!unit.has_tile()) return place;
+  const std::uint32_t number = wire::view_of(unit);
+  const std::string view = number == 0 ? "" : absl::StrCat("view ", number, ", ");
+  if (!unit.has_tile()) return view + place;
   const v1::PixelRect& pixels = unit.tile().pixels();
-  return absl::StrCat("pixels ", pixels.x0(), ",", pixels.y0(), " to ", pixels.x1(), ",", pixels.y1(), ", ",
-                      place);
+  return absl::StrCat(view, "pixels ", pixels.x0(), ",", pixels.y0(), " to ", pixels.x1(), ",", pixels.y1(),
+                      ", ", place);
 }
 
 std::string noise_text(double noise) {

@@ -72,9 +72,10 @@ std::vector<MatteList> nameless_mattes(std::uint32_t ranks) {
           {wire::kAssetList, kAssets, ranks, numbered("asset")}};
 }
 
-void add_scene_facts(const v1::Scene& scene, const v1::JobSpec& spec, Image& image) {
+void add_scene_facts(const v1::Scene& scene, const v1::Camera& camera, const v1::JobSpec& spec,
+                     Image& image) {
   add_item_names(scene, spec, image);
-  add_camera_facts(scene.camera(), image);
+  add_camera_facts(camera, image);
 }
 
 }  // namespace tessera::client

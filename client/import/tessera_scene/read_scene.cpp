@@ -142,6 +142,9 @@ class PlaceNotes {
     note_all(scene, locations, "textures", "texture", scene.textures());
     note_all(scene, locations, "media", "medium", scene.media());
     note(scene.camera(), field<v1::Scene>("camera"), -1, locations, "camera: ");
+    for (int i = 0; i < scene.views_size(); ++i)
+      note(scene.views(i), field<v1::Scene>("views"), i, locations,
+           concat("view ", std::to_string(i + 1), ": "));
     note(scene.film(), field<v1::Scene>("film"), -1, locations, "film: ");
     note_instances(scene, locations);
     for (int i = 0; i < scene.objects_size(); ++i) {

@@ -55,8 +55,8 @@ std::vector<Farm::PixelsInWork> Farm::in_work(const std::string& id, std::size_t
   for (const Lease& lease : scheduler_.leases_of(id)) {
     if (result.size() == most) break;
     if (!shape.plan->is_of_picture(lease.units.first)) continue;
-    result.push_back(
-        {.pixels = extent_of(shape.plan->unit(lease.units), shape.spec).pixels(), .worker = lease.worker});
+    const v1::TileUnit extent = extent_of(shape.plan->unit(lease.units), shape.spec);
+    if (extent.view() == 0) result.push_back({.pixels = extent.pixels(), .worker = lease.worker});
   }
   return result;
 }

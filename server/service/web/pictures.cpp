@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "wire/scene_views.h"
 
 namespace tessera::server {
 namespace {
@@ -30,6 +31,7 @@ ShownPicture::ShownPicture(Farm& farm, std::string job, std::shared_ptr<const Jo
       picture_(area_, Picture::level_for(area_), layer_) {}
 
 absl::Status ShownPicture::add(const v1::UnitResult& result, double cpu_seconds) {
+  if (wire::view_of(result.unit()) != 0) return absl::OkStatus();
   const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(result.payload());
   if (!tile.ok()) return tile.status();
   const std::lock_guard lock(mutex_);

@@ -65,21 +65,22 @@ TEST(DenoiseResult, APictureElsewhereIsDenoisedAsOneInMemory) {
   FollowedJob in_memory, elsewhere;
   for (FollowedJob* followed : {&in_memory, &elsewhere}) {
     followed->status.set_state(v1::DONE);
-    followed->image = *picture;
+    followed->images.push_back(
+        {.image = *picture, .rows = nullptr, .holes = {}, .denoised = absl::OkStatus()});
   }
-  for (Channel& channel : elsewhere.image->channels) channel.values.clear();
-  elsewhere.rows = std::make_unique<ImageRows>(*picture);
+  for (Channel& channel : elsewhere.images[0].image.channels) channel.values.clear();
+  elsewhere.images[0].rows = std::make_unique<ImageRows>(*picture);
   const RenderOptions options = denoising(DenoiseMethod::kRegression);
   denoise_result(options, spec, in_memory);
   denoise_result(options, spec, elsewhere);
-  ASSERT_TRUE(in_memory.denoised.ok()) << in_memory.denoised;
-  ASSERT_TRUE(elsewhere.denoised.ok()) << elsewhere.denoised;
-  EXPECT_EQ(elsewhere.rows, nullptr);
-  ASSERT_EQ(elsewhere.image->channels.size(), in_memory.image->channels.size());
-  ASSERT_NE(elsewhere.image->find("raw.R"), nullptr);
-  EXPECT_NE(elsewhere.image->find("R")->values, picture->find("R")->values);
-  for (std::size_t c = 0; c < in_memory.image->channels.size(); ++c)
-    EXPECT_EQ(elsewhere.image->channels[c].values, in_memory.image->channels[c].values);
+  ASSERT_TRUE(in_memory.images[0].denoised.ok()) << in_memory.images[0].denoised;
+  ASSERT_TRUE(elsewhere.images[0].denoised.ok()) << elsewhere.images[0].denoised;
+  EXPECT_EQ(elsewhere.images[0].rows, nullptr);
+  ASSERT_EQ(elsewhere.images[0].image.channels.size(), in_memory.images[0].image.channels.size());
+  ASSERT_NE(elsewhere.images[0].image.find("raw.R"), nullptr);
+  EXPECT_NE(elsewhere.images[0].image.find("R")->values, picture->find("R")->values);
+  for (std::size_t c = 0; c < in_memory.images[0].image.channels.size(); ++c)
+    EXPECT_EQ(elsewhere.images[0].image.channels[c].values, in_memory.images[0].image.channels[c].values);
 }
 
 }  // namespace

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <map>
 #include <optional>
+#include <set>
+#include <string_view>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -12,7 +14,7 @@
 namespace tessera::agent {
 namespace {
 
-/// Two specs with the same key need the same RenderScene.
+/// Two specs with the same key need the same RenderScene for each of their views.
 std::string key_of(const v1::JobSpec& spec) {
   return absl::StrCat(spec.farm().isa(), " ",
                       wire::digest_of({&spec.content(), &spec.view(), &spec.samples()}));
@@ -22,6 +24,7 @@ std::string key_of(const v1::JobSpec& spec) {
 
 struct SceneStore::Slot {
   std::string key;
+  std::uint32_t view = 0;
   std::string digest;
   std::optional<absl::StatusOr<std::shared_ptr<const LoadedScene>>> result;  // absent while loading
   bool loading = false;
@@ -33,10 +36,10 @@ SceneStore::SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes)
     : loader_(std::move(loader)), keep_(keep), cap_bytes_(cap_bytes) {}
 
 absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec,
-                                                                   std::stop_token stop) {
+                                                                   std::uint32_t view, std::stop_token stop) {
   while (true) {
     std::unique_lock lock{mutex_};
-    const std::shared_ptr<Slot> slot = slot_for(spec);
+    const std::shared_ptr<Slot> slot = slot_for(spec, view);
     if (slot->result) return *slot->result;
 
     ++slot->waiting;
@@ -58,17 +61,22 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
                                                                             const v1::JobSpec& spec,
                                                                             std::stop_token stop) {
   std::unique_lock lock{mutex_};
-  if (slot->loading) {
-    if (!changed_.wait(lock, stop, [&] { return slot->result.has_value(); })) {
-      return absl::CancelledError("stopped while the scene was loading");
-    }
-    return *slot->result;
+  // Views are loaded one after the other: all but the first find there what they share.
+  const auto is_turn = [&] {
+    return slot->loading || std::ranges::none_of(slots_, [&](const auto& other) {
+             return other->key == slot->key && other->loading && !other->result;
+           });
+  };
+  if (!changed_.wait(lock, stop, is_turn) ||
+      (slot->loading && !changed_.wait(lock, stop, [&] { return slot->result.has_value(); }))) {
+    return absl::CancelledError("stopped while the scene was loading");
   }
+  if (slot->loading) return *slot->result;
   slot->loading = true;
   lock.unlock();
   // Those who wait here too must hear of it, whatever happens.
-  absl::StatusOr<LoadedScene> loaded =
-      or_exhausted("loading the scene", [&] { return loader_(spec, slot->abandoned.get_token()); });
+  absl::StatusOr<LoadedScene> loaded = or_exhausted(
+      "loading the scene", [&] { return loader_(spec, slot->view, slot->abandoned.get_token()); });
   lock.lock();
   if (loaded.ok()) {
     slot->result = std::make_shared<const LoadedScene>(*std::move(loaded));
@@ -81,16 +89,17 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
   return *slot->result;
 }
 
-std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec) {
+std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec, std::uint32_t view) {
   const std::string key = key_of(spec);
-  const auto found =
-      std::find_if(slots_.begin(), slots_.end(), [&](const auto& slot) { return slot->key == key; });
+  const auto found = std::find_if(slots_.begin(), slots_.end(),
+                                  [&](const auto& slot) { return slot->view == view && slot->key == key; });
   if (found != slots_.end()) {
     slots_.splice(slots_.begin(), slots_, found);
     return slots_.front();
   }
   auto slot = std::make_shared<Slot>();
   slot->key = key;
+  slot->view = view;
   slot->digest = spec.content().scene();
   slots_.push_front(slot);
   forget_oldest();
@@ -99,9 +108,15 @@ std::shared_ptr<SceneStore::Slot> SceneStore::slot_for(const v1::JobSpec& spec) 
 
 void SceneStore::forget_oldest() {
   // Units that still render hold their scene themselves. A scene that loads now is not the oldest for long.
-  while (slots_.size() > 1 && slots_.back()->result && (slots_.size() > keep_ || bytes_held() > cap_bytes_)) {
+  while (slots_.size() > 1 && slots_.back()->result && (scenes_held() > keep_ || bytes_held() > cap_bytes_)) {
     slots_.pop_back();
   }
+}
+
+std::size_t SceneStore::scenes_held() const {
+  std::set<std::string_view> keys;
+  for (const auto& slot : slots_) keys.insert(slot->key);
+  return keys.size();
 }
 
 std::size_t SceneStore::bytes_held() const {

@@ -31,20 +31,23 @@ struct LoadedScene {
 class SceneStore {
  public:
   /// Fetches and builds; gives up, with Cancelled, when `stop` is requested.
-  using Loader = std::function<absl::StatusOr<LoadedScene>(const v1::JobSpec& spec, std::stop_token stop)>;
+  using Loader = std::function<absl::StatusOr<LoadedScene>(const v1::JobSpec& spec, std::uint32_t view,
+                                                           std::stop_token stop)>;
 
-  /// Keeps the scenes used last: at most `keep`, and no more than `cap_bytes` beside the very last.
+  /// Keeps the scenes used last: at most `keep`, of which all views count as one, and no more than
+  /// `cap_bytes` beside the very last.
   SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes = SIZE_MAX);
 
-  /// The scene as `spec` wants it. The first caller loads it on its own thread, the others wait. A load whose
-  /// callers have all been stopped is stopped too; whoever comes before it has ended takes its scene where it
-  /// ends well all the same, and else loads anew: no scene is loaded twice at once. A failed load is not
-  /// remembered: whoever comes next tries again.
-  absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::stop_token stop);
+  /// The scene as `spec` wants it, in one of its views. The first caller loads it on its own thread, the
+  /// others wait. A load whose callers have all been stopped is stopped too; whoever comes before it has
+  /// ended takes its scene where it ends well all the same, and else loads anew: no scene is loaded twice at
+  /// once, nor are two of its views. A failed load is not remembered: whoever comes next tries again.
+  absl::StatusOr<std::shared_ptr<const LoadedScene>> get(const v1::JobSpec& spec, std::uint32_t view,
+                                                         std::stop_token stop);
 
   struct Held {
-    std::size_t scenes = 0;
-    std::size_t bytes = 0;  // what scenes share counts once
+    std::size_t scenes = 0;  // each view is one
+    std::size_t bytes = 0;   // what scenes share counts once
   };
   Held held() const;
 
@@ -53,11 +56,12 @@ class SceneStore {
 
  private:
   struct Slot;
-  std::shared_ptr<Slot> slot_for(const v1::JobSpec& spec);
+  std::shared_ptr<Slot> slot_for(const v1::JobSpec& spec, std::uint32_t view);
   absl::StatusOr<std::shared_ptr<const LoadedScene>> load_or_wait(const std::shared_ptr<Slot>& slot,
                                                                   const v1::JobSpec& spec,
                                                                   std::stop_token stop);
   void forget_oldest();
+  std::size_t scenes_held() const;
   std::size_t bytes_held() const;
 
   const Loader loader_;

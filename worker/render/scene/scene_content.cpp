@@ -201,6 +201,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   relevant.clear_name();
   clear_hints(relevant);
   relevant.clear_film();
+  relevant.clear_views();
   relevant.clear_settings();  // wishes: what holds is in the job
   v1::Camera& camera = *relevant.mutable_camera();
   camera.clear_kind();

@@ -85,6 +85,10 @@ class FaultFinder {
       faults_.add(medium, place, media_.names.add(medium.name(), i));
     }
     faults_.add(scene_.camera(), "camera", media_.find(scene_.camera().medium()).status());
+    for (int i = 0; i < scene_.views_size(); ++i) {
+      const v1::Camera& camera = scene_.views(i);
+      faults_.add(camera, absl::StrCat("view ", i + 1), media_.find(camera.medium()).status());
+    }
   }
 
   template <class Holder>
@@ -355,7 +359,10 @@ std::vector<SceneFault> find_job_faults(const v1::Scene& scene, const v1::JobSpe
   if (const auto origin = render_origin(scene); faults.add(scene.camera(), "camera", origin.status())) {
     const SceneArrays unused;
     SceneTables tables(unused);
-    set_view(scene, job, settings, render_space_about(*origin), tables, faults);
+    const RenderSpace space = render_space_about(*origin);
+    set_view(scene, job, settings, space, tables, faults);
+    for (int i = 0; i < scene.views_size(); ++i)
+      check_camera(scene.views(i), absl::StrCat("view ", i + 1), job, settings, space, faults);
   }
   check_counts(scene, settings, blobs, faults);
   return faults.take();

@@ -63,6 +63,41 @@ TEST(WorkPlan, CoversEveryPixelAndSampleOnce) {
   }
 }
 
+TEST(WorkPlan, EachViewHasAllTilesAndRanges) {
+  v1::JobSpec spec = sound_spec();
+  const WorkPlan one = WorkPlan::make(spec).value();
+  spec.mutable_cut()->set_views(3);
+  const WorkPlan plan = WorkPlan::make(spec).value();
+  ASSERT_EQ(plan.unit_count(), 3 * one.unit_count());
+  for (std::uint32_t i = 0; i < plan.unit_count(); ++i) {
+    const std::uint32_t range = i / plan.tile_count(), view = i % plan.tile_count() / one.tile_count(),
+                        tile = i % one.tile_count();
+    const v1::WorkUnit unit = plan.unit(i);
+    EXPECT_EQ(unit.tile().view(), view);
+    v1::TileUnit expected = one.unit(range * one.tile_count() + tile).tile();
+    expected.set_view(view);
+    EXPECT_EQ(unit.tile().SerializeAsString(), expected.SerializeAsString()) << i;
+    EXPECT_EQ(extent_of(unit, spec).view(), view);
+  }
+  EXPECT_EQ(plan.longest_run(5).step, plan.tile_count());
+  spec.mutable_content()->mutable_algorithms()->set_integrator("light");
+  const WorkPlan passes = WorkPlan::make(spec).value();
+  for (std::uint32_t i = 0; i < passes.unit_count(); ++i) {
+    EXPECT_EQ(passes.unit(i).pass().view(), i % 3);
+    EXPECT_EQ(extent_of(passes.unit(i), spec).view(), i % 3);
+  }
+}
+
+TEST(WorkPlan, ViewsWhoseUnitsAreTooManyAreRefused) {
+  v1::JobSpec spec = sound_spec();
+  for (const std::uint32_t views : {1u << 24, ~0u}) {
+    spec.mutable_cut()->set_views(views);
+    const absl::Status status = WorkPlan::make(spec).status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+    EXPECT_THAT(std::string(status.message()), testing::HasSubstr(" views times "));
+  }
+}
+
 TEST(WorkPlan, RangesAreNodesOfTheSumTreeAndComeInOrder) {
   const WorkPlan plan = WorkPlan::make(sound_spec()).value();
   std::uint32_t last_begin = 0;

@@ -39,6 +39,19 @@ absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
   return PixelFilterRecord::build(spec);
 }
 
+std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
+                                         const v1::JobSpec& job, const Settings& settings,
+                                         const RenderSpace& space, FaultList& faults) {
+  if (settings.aovs.motion && camera.has_spherical()) {
+    faults.add(
+        camera, place,
+        absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
+  }
+  auto sensor = build_sensor(camera, {job.view().width(), job.view().height()}, space, *settings.algorithm);
+  if (!faults.add(camera, place, sensor.status())) return std::nullopt;
+  return *std::move(sensor);
+}
+
 absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
                       const RenderSpace& space, SceneTables& tables) {
   FaultList faults(1);
@@ -48,9 +61,7 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
 
 void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
               const RenderSpace& space, SceneTables& tables, FaultList& faults) {
-  auto sensor =
-      build_sensor(scene.camera(), {job.view().width(), job.view().height()}, space, *settings.algorithm);
-  if (faults.add(scene.camera(), "camera", sensor.status())) {
+  if (auto sensor = check_camera(scene.camera(), "camera", job, settings, space, faults)) {
     const std::int32_t medium = tables.sensor.medium;  // belongs to the content
     tables.sensor = *std::move(sensor);
     tables.sensor.medium = medium;
@@ -72,11 +83,6 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
   tables.occlusion_distance = settings.occlusion_distance;
   tables.guiding_samples = settings.guiding_samples;
   tables.aovs = settings.aovs;
-  if (settings.aovs.motion && scene.camera().has_spherical()) {
-    faults.add(
-        scene.camera(), "camera",
-        absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
-  }
   for (int i = 0; i < 3; ++i) tables.render_origin[i] = static_cast<float>(space.origin[i]);
   tables.irradiance_cache = settings.irradiance_cache;
   tables.radiosity = settings.radiosity;

@@ -1,6 +1,9 @@
 // How a scene is looked at: all of its tables that does not depend on what is in it.
 #pragma once
 
+#include <optional>
+#include <string>
+
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "render/film/pixel_filter.h"
@@ -15,6 +18,12 @@
 namespace tessera::render {
 
 absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter);
+
+/// The sensor that a camera is, but for its medium; absent, and `faults` has why, where there is none.
+/// `place` is what the camera is called there.
+std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
+                                         const v1::JobSpec& job, const Settings& settings,
+                                         const RenderSpace& space, FaultList& faults);
 
 /// Sets camera, film and sampler; leaves the arrays alone, and the medium of the camera, which is one of
 /// them.
