@@ -19,7 +19,7 @@ using Opinions = std::vector<std::pair<std::string, ResultFingerprint>>;
 /// Second opinions on one result.
 struct Audit {
   Opinions opinions;                  // the accepted result's first
-  std::string arithmetic_class = {};  // of the accepted result: others do not compare
+  std::string arithmetic_class = {};  // class of the accepted result: others do not compare
   bool lost = false;                  // whoever was asked did not answer
   std::string asked_of = {};  // the identity whose opinion is to be the second; empty: whoever comes first
 

@@ -53,15 +53,15 @@ struct ClassCensus::Offer {
 void ClassCensus::add(const WorkerInfo& worker, std::uint32_t threads) {
   Group& group = groups_[{worker.classes, worker.tags, threads}];
   ++group.workers;
-  ++group.by_identity[identity_of(worker.host)];
+  ++group.worker_count_by_identity[identity_of(worker.host)];
   ++revision_;
 }
 
 void ClassCensus::remove(const WorkerInfo& worker, std::uint32_t threads) {
   const auto kind = groups_.find({worker.classes, worker.tags, threads});
   Group& group = kind->second;
-  const auto identity = group.by_identity.find(identity_of(worker.host));
-  if (--identity->second == 0) group.by_identity.erase(identity);
+  const auto identity = group.worker_count_by_identity.find(identity_of(worker.host));
+  if (--identity->second == 0) group.worker_count_by_identity.erase(identity);
   if (--group.workers == 0) groups_.erase(kind);
   ++revision_;
 }
@@ -105,7 +105,7 @@ void ClassCensus::add_support(const std::string& name, const Group& group, std::
                               Offer& offer) const {
   const auto confirmed = confirmed_.find(name);
   const bool named = named_.contains(name);
-  for (const auto& [identity, count] : group.by_identity) {
+  for (const auto& [identity, count] : group.worker_count_by_identity) {
     offer.identities.insert(identity);
     if (!named && (confirmed == confirmed_.end() || !confirmed->second.contains(identity))) continue;
     offer.supporters.insert(identity);

@@ -65,7 +65,7 @@ class ClassCensus {
                           std::uint32_t>;  // classes, tags, threads
   struct Group {
     std::uint64_t workers = 0;
-    absl::flat_hash_map<std::string, std::uint64_t> by_identity;  // of these workers
+    absl::flat_hash_map<std::string, std::uint64_t> worker_count_by_identity;
   };
   struct Offer;
   std::string choose(const Demand& demand) const;

@@ -23,8 +23,8 @@ class ClassHistory {
 
   /// The class of the host's result of that number.
   const std::string& of(const std::string& host, std::uint32_t sequence) const {
-    const auto notes = notes_.find(host);
-    if (notes == notes_.end()) return bound_;
+    const auto notes = classes_by_host_.find(host);
+    if (notes == classes_by_host_.end()) return bound_;
     const auto after = notes->second.upper_bound(sequence);
     return after == notes->second.begin() ? bound_ : std::prev(after)->second;
   }
@@ -32,7 +32,7 @@ class ClassHistory {
   /// From that number on, the host's results are of the class. False when that is known already.
   bool note(const std::string& host, std::uint32_t sequence, const std::string& name) {
     if (of(host, sequence) == name) return false;
-    notes_[host][sequence] = name;
+    classes_by_host_[host][sequence] = name;
     noted_.insert(name);
     return true;
   }
@@ -43,8 +43,8 @@ class ClassHistory {
  private:
   std::string bound_;
   std::map<std::string, std::map<std::uint32_t, std::string>>
-      notes_;                    // by host, then the first result's number
-  std::set<std::string> noted_;  // all classes in `notes_`
+      classes_by_host_;          // host -> number of the first result in the class -> class
+  std::set<std::string> noted_;  // all classes in `classes_by_host_`
 };
 
 /// The kernel ISAs of classes, each once: "avx512+avx2".

@@ -49,7 +49,7 @@ struct FarmEvent {
   std::int64_t value = 0;
   std::string host;
   std::string text;
-  std::vector<std::string> log = {};  // of failures: the worker's, which is not journaled
+  std::vector<std::string> log = {};  // failures only: the worker's log, which is not journaled
 };
 
 }  // namespace tessera::server

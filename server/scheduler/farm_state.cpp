@@ -41,8 +41,8 @@ void FarmState::note(FarmJob& job, std::string text) {
 }
 
 HostNumber FarmState::number_of_host(const std::string& host) {
-  const auto [found, added] = host_numbers.emplace(host, static_cast<HostNumber>(hosts.size()));
-  if (added) hosts.push_back(host);
+  const auto [found, added] = host_numbers.emplace(host, static_cast<HostNumber>(hosts_by_number.size()));
+  if (added) hosts_by_number.push_back(host);
   return found->second;
 }
 

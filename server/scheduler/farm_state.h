@@ -27,8 +27,8 @@ namespace tessera::server {
 
 /// How one host fares with one job.
 struct HostRecord {
-  std::set<std::uint32_t> failed_units;  // that failed here and nowhere else
-  std::uint32_t bars = 0;                // how often it was taken out; success clears it
+  std::set<std::uint32_t> units_failed_only_here;
+  std::uint32_t bars = 0;  // how often it was taken out; success clears it
   Time barred_until{};
 };
 
@@ -54,7 +54,7 @@ struct FarmJob {
         units(request.plan->unit_count()),
         pace(job_number) {}
 
-  std::uint64_t number;  // in order of submission
+  std::uint64_t number;  // ascends in order of submission
   JobRequest request;
   UnitLedger units;
   v1::JobState state = v1::QUEUED;
@@ -62,14 +62,14 @@ struct FarmJob {
   bool paused = false;
   std::set<std::string> awaited;  // jobs that have to be done before units of this one are given out
   std::uint32_t leases = 0;
-  std::int64_t load_ms = 0;  // of the leases, as charged
+  std::int64_t leased_work_ms = 0;  // sum of Lease::charge_ms
   // Work that was given out instead of this job's since it last had a unit, though its turn was first.
   std::int64_t passed_over_ms = 0;
   std::uint32_t attempts = 0;  // grants so far
   std::uint32_t results = 0;   // accepted so far, those revoked included
   std::uint32_t revision = 0;
-  Time mean_duration{0};    // of a lease, from grant to result, moving average; 0 before the first result
-  double mean_cost_ms = 0;  // of one unit on one thread of a usual worker, likewise
+  Time mean_lease_duration{0};   // from grant to result, moving average; 0 before the first result
+  double mean_unit_cost_ms = 0;  // on one thread of a usual worker, likewise
   LatestCosts latest_costs;
   // The same of a unit of each tile, as in its latest result; 0: not known. Empty where a tile is one unit.
   std::vector<float> tile_cost_ms;
@@ -77,27 +77,27 @@ struct FarmJob {
   std::vector<std::string> notes;
   std::uint32_t adopted = 0;  // results taken over
   std::string adopted_from;
-  ClassHistory classes{request.bound};
+  ClassHistory classes{request.bound_class};
   // The class that it would be bound to, as of a revision of the census.
   mutable std::uint64_t census_revision = 0;
   mutable std::string best_class;
   mutable std::optional<Time> settling_since;  // when a unit was first withheld for that choice
   std::optional<Time> forsaken_since;          // since when no worker of its class is there
 
-  absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // of units that are not done
+  absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // by unit; kept until it is done
   // Units of runs that failed or were lost: the longest run that they may be part of.
   absl::flat_hash_map<std::uint32_t, std::uint32_t> shorter_runs;
   std::set<std::uint32_t> dangerous;  // units that are not done and were lost with kLossesToIsolate workers
   std::map<std::string, HostRecord> hosts;
   std::map<std::string, std::string>
-      scene_faults;                 // host that says that the scene is at fault -> its message
-  std::set<HostNumber> renderers;   // of accepted results
-  AuditTable audits;                // that wait or are made
+      scene_faults;  // host that says that the scene is at fault -> its message
+  std::set<HostNumber> hosts_with_results;
+  AuditTable audits;                // waiting and under way
   std::set<std::uint32_t> audited;  // first units of results of which a second opinion was asked once
-  SpotTable spots;                  // that wait or are rendered
-  std::map<std::string, Standing> standings;               // of identities
+  SpotTable spots;                  // waiting and under way
+  std::map<std::string, Standing> standing_by_identity;
   absl::flat_hash_map<std::uint32_t, std::string> alarms;  // first unit of a result -> whose spot differed
-  std::uint32_t units_unconfirmed = 0;                     // at its end (Checks::unconfirmed_units)
+  std::uint32_t units_unconfirmed = 0;                     // Checks::unconfirmed_units when the job ended
   // Units of phases by what is known of their results: of which two identities say the same; that somebody
   // could not read, and steps wait for a second opinion; of which one was asked for that reason.
   std::set<std::uint32_t> confirmed, suspected, questioned;
@@ -116,12 +116,12 @@ struct FarmWorker {
   bool draining = false;
   Time last_seen{};
   WorkerPace pace{};
-  double slowness = 1;        // how long its units take, relative to the usual worker
-  std::int64_t load_ms = 0;   // work in hand, as a usual worker would need on one thread
-  std::uint64_t units = 0;    // in hand
-  bool isolated = false;      // holds a dangerous unit, and so nothing else
-  bool counted = false;       // in the census
-  std::uint32_t threads = 1;  // that count where the farm is considered: as claimed, or as measured
+  double slowness = 1;       // how long its units take, relative to the usual worker
+  std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
+  std::uint64_t leased_units = 0;
+  bool isolated = false;  // holds a dangerous unit, and so nothing else
+  bool in_census = false;
+  std::uint32_t counted_threads = 1;  // as the worker claims, or as measured
   // Time in which it held leases, and of that what its results say that its threads worked.
   Time busy{0}, busy_until{0};
   double worked_ms = 0;
@@ -143,7 +143,7 @@ struct FarmState {
 
   const SchedulerOptions options;
   std::uint64_t jobs_added = 0;
-  std::map<std::uint64_t, std::unique_ptr<FarmJob>> jobs;  // by number
+  std::map<std::uint64_t, std::unique_ptr<FarmJob>> jobs_by_number;
   absl::flat_hash_map<std::string, FarmJob*> jobs_by_id;
   TurnOrder turns;                                                          // open jobs that are not held
   absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene;  // the same, by digest
@@ -154,14 +154,14 @@ struct FarmState {
   std::set<std::string> freeing;  // workers that get nothing until they can take a dangerous unit alone
   absl::flat_hash_map<std::string, FarmWorker> workers;
   std::uint64_t workers_added = 0;
-  std::uint64_t threads = 0;  // of all workers (FarmWorker::threads)
+  std::uint64_t total_threads = 0;  // sum of FarmWorker::counted_threads
   UsualPace usual_pace;
-  std::size_t results_since_comparison = 0;                 // of workers' paces
-  std::map<std::string, std::set<std::string>> identities;  // that answer for workers -> ids of these
+  std::size_t results_since_pace_comparison = 0;
+  std::map<std::string, std::set<std::string>> workers_by_identity;  // ids
   ClassCensus census;
   Time settled_at{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
   LeaseTable leases;
-  std::vector<std::string> hosts;  // by number
+  std::vector<std::string> hosts_by_number;
   absl::flat_hash_map<std::string, HostNumber> host_numbers;
   std::map<std::string, std::string> distrusted;  // host or identity -> why
   std::vector<FarmEvent> events;

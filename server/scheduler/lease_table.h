@@ -25,15 +25,15 @@ using LeaseId = std::uint64_t;
 struct Lease {
   std::uint64_t job = 0;  // number of the job
   UnitRun units;
-  std::uint32_t attempt = 0;  // with `epoch`, unique within the job
-  std::uint64_t epoch = 0;    // of the coordinator that granted it
+  std::uint32_t attempt = 0;  // unique within the job, together with `epoch`
+  std::uint64_t epoch = 0;    // epoch of the coordinator that granted it
   std::string worker;
   Time granted_at{};
   Time deadline{};
   bool audit = false;          // the units are done; this is a second opinion
-  std::uint32_t spot = 0;      // of this part of them alone (spot.h); 0: of all
-  double part = 1;             // of the units' work
-  std::int64_t charge_ms = 0;  // of work, as expected when it was granted; for fair shares
+  std::uint32_t spot = 0;      // only this spot of the units is rendered (spot.h); 0: all of them
+  double work_share = 1;       // part of the units' work that is leased
+  std::int64_t charge_ms = 0;  // work as expected when it was granted; for fair shares
   Time expected_end{};         // when its result ought to come, from what is known of job and worker
 };
 

@@ -56,7 +56,7 @@ class PhasePlan {
  private:
   struct Step {
     std::uint32_t first = 0, count = 0;
-    std::uint32_t phase = 0, level = 0;  // of the tree; level 0 makes parts
+    std::uint32_t phase = 0, level = 0;  // level of the merge tree; level 0 makes parts
     std::uint32_t merge_width = 0;
     std::uint32_t end() const { return first + count; }
   };

@@ -34,10 +34,10 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   const bool added =
       state_.workers.emplace(id, FarmWorker{.info = std::move(info), .last_seen = now, .pace = pace}).second;
   if (!added) return absl::AlreadyExistsError(absl::StrCat("there is a worker ", id));
-  state_.threads += threads;
-  state_.identities[identity].insert(id);
+  state_.total_threads += threads;
+  state_.workers_by_identity[identity].insert(id);
   FarmWorker& worker = state_.workers.at(id);
-  worker.threads = threads;
+  worker.counted_threads = threads;
   if (!state_.census.has(worker.info.classes)) state_.settled_at = now + state_.options.settle;
   classes_.count(worker);
   return absl::OkStatus();
@@ -81,7 +81,7 @@ std::vector<WorkerView> Scheduler::workers() const {
 
 std::vector<Assignment> Scheduler::assignments() const {
   std::vector<Assignment> assignments;
-  for (const auto& [number, job] : state_.jobs) {
+  for (const auto& [number, job] : state_.jobs_by_number) {
     for (const auto& [worker, leases] : job->holders)
       assignments.push_back({job->request.id, worker, leases});
   }
@@ -92,14 +92,14 @@ void Scheduler::drop_worker(std::string_view id) {
   const std::string worker(id);
   for (const LeaseId lease : state_.leases.of_worker(worker)) book_.drop(lease);
   const auto found = state_.workers.find(worker);
-  state_.threads -= found->second.threads;
-  const auto identity = state_.identities.find(identity_of(found->second.info.host));
+  state_.total_threads -= found->second.counted_threads;
+  const auto identity = state_.workers_by_identity.find(identity_of(found->second.info.host));
   identity->second.erase(worker);
-  if (identity->second.empty()) state_.identities.erase(identity);
+  if (identity->second.empty()) state_.workers_by_identity.erase(identity);
   state_.freeing.erase(worker);
-  if (found->second.counted) state_.census.remove(found->second.info, found->second.threads);
+  if (found->second.in_census) state_.census.remove(found->second.info, found->second.counted_threads);
   state_.workers.erase(found);
-  state_.results_since_comparison =
+  state_.results_since_pace_comparison =
       state_.workers.size();  // the next one is compared with those that are left
 }
 
@@ -188,7 +188,7 @@ void Scheduler::blame_losses(const std::vector<WorkerInfo>& lost, Time now) {
   for (const WorkerInfo& worker : lost) {
     for (const LeaseId id : state_.leases.of_worker(worker.id)) {
       if (!state_.leases.contains(id)) continue;  // its job ended over another of these units
-      FarmJob& job = *state_.jobs.at(state_.leases.get(id).job);
+      FarmJob& job = *state_.jobs_by_number.at(state_.leases.get(id).job);
       const std::uint32_t unit = state_.leases.get(id).units.first;
       if (!faults_.blame_loss(id, worker, now)) continue;
       reconsider(job, unit, absl::StrCat(short_name(worker.host), " was lost with it"));
@@ -212,13 +212,13 @@ Expiry Scheduler::advance(Time now) {
   for (const WorkerInfo& lost : expiry.lost_workers) drop_worker(lost.id);
   while (const std::optional<LeaseId> lease = state_.leases.expired(now)) book_.drop(*lease);
   expiry.lost_leases = static_cast<std::uint32_t>(before - state_.leases.size());
-  for (const auto& [number, job] : state_.jobs) {
+  for (const auto& [number, job] : state_.jobs_by_number) {
     if (job->open()) bind_anew(*job, now);
   }
   // Those who could have given second opinions may be gone.
   const std::set<std::uint64_t> auditing = state_.auditing;
   for (const std::uint64_t number : auditing) {
-    FarmJob& job = *state_.jobs.at(number);
+    FarmJob& job = *state_.jobs_by_number.at(number);
     job.audits.erase_if([](std::uint32_t, const Audit& audit) { return audit.is_over(); });
     settle(job, now);
     if (job.audits.empty()) state_.auditing.erase(number);
@@ -226,7 +226,7 @@ Expiry Scheduler::advance(Time now) {
   std::set<std::uint64_t> checking = state_.checking;
   checking.insert(auditing.begin(), auditing.end());
   for (const std::uint64_t number : checking) {
-    FarmJob& job = *state_.jobs.at(number);
+    FarmJob& job = *state_.jobs_by_number.at(number);
     if (job.open()) checks_.review(job, now);
     settle(job, now);
   }
@@ -313,7 +313,7 @@ absl::StatusOr<CompleteDecision> Scheduler::complete(std::string_view worker_id,
     faults_.forgive(job, unit);
   }
   job.hosts.erase(worker.info.host);
-  job.renderers.insert(accepted.host);
+  job.hosts_with_results.insert(accepted.host);
   job.state = v1::RUNNING;
   worker.units_done += units->count;
   audits_.ask(job, accepted);
@@ -362,7 +362,7 @@ absl::StatusOr<CompleteDecision> Scheduler::late_result(FarmJob& job, FarmWorker
   if (found.confirmed) checks_.confirm(job, job.units.result(units.first), worker.info.host);
   if (found.heard) settle(job, now);
   if (lease && state_.leases.contains(*lease)) book_.drop(*lease);
-  if (!found.comparable || found.equal) return CompleteDecision{.duplicate = true};
+  if (!found.same_class || found.equal) return CompleteDecision{.duplicate = true};
   return absl::AlreadyExistsError(
       absl::StrCat("unit ", units.first, " of job ", job.request.id,
                    " is done, with a different result: one of two workers is at fault"));

@@ -57,7 +57,7 @@ absl::Status Scheduler::add_job(JobRequest request) {
   steps_.open(*job);
   course_.await_others(*job);
   course_.take_turns(*job);
-  state_.jobs.emplace(job->number, std::move(job));
+  state_.jobs_by_number.emplace(job->number, std::move(job));
   return absl::OkStatus();
 }
 
@@ -82,7 +82,7 @@ absl::Status Scheduler::adopt(std::string_view id, const std::string& from,
                       .sequence = ++job.results,
                       .host = state_.number_of_host(result.host),
                       .units = result.units});
-    job.renderers.insert(state_.number_of_host(result.host));
+    job.hosts_with_results.insert(state_.number_of_host(result.host));
     classes_.note(job, result.host, job.results, result.arithmetic_class);
   }
   steps_.open(job);
@@ -181,7 +181,7 @@ absl::Status Scheduler::forget_job(std::string_view id) {
   course_.fail_awaiting((*job)->request.id, "was deleted");
   const std::uint64_t number = (*job)->number;
   state_.jobs_by_id.erase((*job)->request.id);
-  state_.jobs.erase(number);
+  state_.jobs_by_number.erase(number);
   return absl::OkStatus();
 }
 

@@ -16,7 +16,7 @@ absl::Status Scheduler::restore_done(std::string_view id, const AcceptedResult& 
         absl::StrCat("job ", std::string(id), " has no unit ", unit, " left to be done"));
   }
   units.finish(result);
-  (*job)->renderers.insert(result.host);
+  (*job)->hosts_with_results.insert(result.host);
   (*job)->results = std::max((*job)->results, result.sequence);
   (*job)->state = v1::RUNNING;
   return absl::OkStatus();

@@ -19,18 +19,18 @@
 namespace tessera::server {
 
 struct SchedulerOptions {
-  Time heartbeat_interval{1000};  // of each worker in farms that are not large
+  Time heartbeat_interval{1000};  // for each worker; longer in large farms
   Time lease_timeout{8000};       // a lease, and a worker, that was not heard of for so long is given up
   Time min_copy_age{500};         // a unit is not copied to a second worker before it was out for so long
-  Time batch{10'000};  // of work for each thread of a worker, at most, once it is known what a unit costs
-  Time longest_run{10'000};  // that a run of units may take, as measured; 0: units are leased one at a time
+  Time batch{10'000};        // most work leased for each thread of a worker, once the cost of units is known
+  Time longest_run{10'000};  // upper bound of a run's time, as measured; 0: units are leased one at a time
   Time short_run{100};       // one that is always worth a lease of its own
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   // The same of results of phases, which all of a picture is made of, where hosts are of several identities.
   std::uint32_t audit_phases_one_in = 1;
   JobOrder order = JobOrder::kFirstCome;
-  std::uint64_t epoch = 1;          // of the coordinator; part of every token
-  double unconfirmed_share = 0.05;  // of a job's units, that may rest on an identity which no other confirmed
+  std::uint64_t epoch = 1;          // epoch of the coordinator; part of every token
+  double unconfirmed_share = 0.05;  // part of a job's units that may rest on an unconfirmed identity
   double spot_work = 0.0175;        // part of a job's work, that is spent on spots of results
   // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a
   // restart.
@@ -48,7 +48,7 @@ struct JobRequest {
   std::string id;
   std::shared_ptr<const WorkPlan> plan;
   std::string scene_digest;
-  std::string isa;            // that workers must use; empty: any
+  std::string isa;            // the only one that workers may use; empty: any
   std::int32_t priority = 0;  // higher goes first
   std::uint32_t generation = 1;
   std::string user;
@@ -56,7 +56,7 @@ struct JobRequest {
   std::uint32_t max_workers = 0;        // at a time; 0: any number
   bool any_class = false;               // workers of every arithmetic class may work on it; else of one
   std::vector<std::string> after = {};  // jobs that have to be done first
-  std::string bound = {};               // to this class, before a restart; empty: not yet
+  std::string bound_class = {};         // as before a restart; empty: not bound yet
 };
 
 /// A worker's words on a unit that it could not render.
@@ -87,9 +87,9 @@ struct SetAsideView {
 struct JobView {
   v1::JobState state = v1::QUEUED;
   std::uint32_t units_total = 0, units_done = 0, units_leased = 0, units_set_aside = 0;
-  std::uint32_t units_open = 0;     // from the first on: units of the steps that were begun
-  std::uint32_t units_pending = 0;  // that may be leased now; others wait for a step before theirs
-  std::string isa;                  // of `classes`; without any, the one asked for
+  std::uint32_t units_open = 0;     // those of the steps that were begun, which come first
+  std::uint32_t units_pending = 0;  // those that may be leased now; others wait for an earlier step
+  std::string isa;                  // the ISA of `classes`; without any, the one asked for
   std::string error;                // why it failed, or what is missing
   std::int32_t priority = 0;
   bool paused = false;
@@ -98,11 +98,11 @@ struct JobView {
   std::vector<SetAsideView> set_aside;  // the first kMaxListed
   std::uint32_t audits = 0;             // units that a second host was asked to render too
   std::uint32_t audits_out = 0;         // those at which one is now
-  std::uint32_t units_unconfirmed = 0;  // that rest on identities which no other has confirmed
+  std::uint32_t units_unconfirmed = 0;  // those that rest on unconfirmed identities
   std::uint32_t units_adopted = 0;      // taken over from another job
   std::string adopted_from;
-  std::vector<std::string> classes = {};  // of its results, that of the bound first (ClassHistory::all)
-  std::uint32_t workers = 0;              // that hold units of it
+  std::vector<std::string> classes = {};  // classes of its results, the bound one first (ClassHistory::all)
+  std::uint32_t workers = 0;              // those that hold units of it
   std::vector<std::string> awaited = {};  // jobs that are not done yet, and have to be first
 };
 
@@ -166,9 +166,9 @@ struct DeliveredResult {
 
 /// A result that another job has of the same pixels and samples.
 struct AdoptedResult {
-  UnitRun units;  // of the new job
+  UnitRun units;  // units of the new job
   ResultFingerprint fingerprint = 0;
-  std::string host;  // that rendered it
+  std::string host;  // the host that rendered it
   std::string arithmetic_class;
 };
 
@@ -178,7 +178,7 @@ struct CompleteDecision {
   std::optional<Time> lasted = {};
   std::uint32_t threads = 1;
   bool duplicate = false;      // the same result was accepted before: nothing changed
-  std::uint64_t sequence = 0;  // of the result within its job, from 1; 0 for a duplicate
+  std::uint64_t sequence = 0;  // number of the result within its job, from 1; 0: a duplicate
   bool opened = false;         // units may be leased now that had to wait for this one
 };
 

@@ -50,7 +50,7 @@ void Standing::add(Result result) {
 
 void Standing::confirm(std::uint32_t up_to) {
   ++confirmations_;
-  vain_checks = 0;
+  unanswered_checks = 0;
   std::erase_if(open_, [&](const Result& result) {
     if (result.sequence > up_to) return false;
     unconfirmed_ -= result.units;

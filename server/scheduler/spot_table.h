@@ -22,14 +22,14 @@ struct Spot {
 
 /// A spot that another identity is to render.
 struct SpotCheck {
-  std::uint32_t sequence = 0;  // of the result
+  std::uint32_t sequence = 0;  // number of the result
   Spot spot;
   std::string maker;    // identity
   std::string checker;  // the identity that is asked
   std::string arithmetic_class;
   std::uint32_t covers = 0;      // an answer that agrees speaks for the maker's results up to this number
   std::set<std::string> silent;  // identities that were asked and did not answer
-  Time since{};                  // that it waits, or that somebody has it
+  Time since{};                  // when it began to wait, or somebody took it
 };
 
 /// Checks by the first unit of the result: some wait for somebody to make them, the others are out.
@@ -82,9 +82,9 @@ class Standing {
 
   std::optional<std::uint32_t> asked;  // first unit of the result that was last asked of others
   Time asked_at{};
-  std::uint32_t covers = 0;        // an answer to that speaks for results up to this number
-  double ask_from = 0;             // unconfirmed units, before which it is in vain to ask
-  std::uint32_t vain_checks = 0;   // that nobody answered
+  std::uint32_t covers = 0;  // an answer to that speaks for results up to this number
+  double ask_from = 0;       // unconfirmed units, before which it is in vain to ask
+  std::uint32_t unanswered_checks = 0;
   std::uint32_t false_alarms = 0;  // spots of others that differed, as it said, in results that were right
 
  private:

@@ -37,7 +37,7 @@ class TurnOrder {
   struct Turn {
     JobNumber job = 0;
     std::int32_t priority = 0;
-    std::int64_t user_used_ms = 0;  // by all of the user's jobs of this priority
+    std::int64_t user_used_ms = 0;  // work of all of the user's jobs of this priority
     std::int64_t job_used_ms = 0;
   };
 

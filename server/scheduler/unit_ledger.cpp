@@ -69,7 +69,7 @@ std::optional<std::uint32_t> UnitLedger::take_pending(const std::function<bool(s
 
 std::vector<AcceptedResult> UnitLedger::results() const {
   std::vector<AcceptedResult> counting;
-  for (const AcceptedResult& result : results_) {
+  for (const AcceptedResult& result : results_by_sequence_) {
     const std::uint32_t unit = result.units.first;
     if (result.sequence != 0 && state(unit) == UnitState::kDone && sequence_of(unit) == result.sequence) {
       counting.push_back(result);
@@ -112,14 +112,14 @@ void UnitLedger::put_back(std::uint32_t unit) {
 }
 
 void UnitLedger::finish(const AcceptedResult& result) {
-  if (results_.size() < result.sequence) results_.resize(result.sequence);
-  assert(result.sequence > 0 && results_[result.sequence - 1].sequence == 0);
-  results_[result.sequence - 1] = result;
+  if (results_by_sequence_.size() < result.sequence) results_by_sequence_.resize(result.sequence);
+  assert(result.sequence > 0 && results_by_sequence_[result.sequence - 1].sequence == 0);
+  results_by_sequence_[result.sequence - 1] = result;
   for (const std::uint32_t unit : result.units) {
     assert(state(unit) != UnitState::kDone);
     leave(unit);
     set(unit, UnitState::kDone);
-    page_of(unit).sequences[unit % kPageUnits] = result.sequence;
+    page_of(unit).result_sequences[unit % kPageUnits] = result.sequence;
     ++done_;
   }
 }

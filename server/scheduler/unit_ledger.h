@@ -23,9 +23,9 @@ using HostNumber = std::uint32_t;
 /// A result that was accepted.
 struct AcceptedResult {
   ResultFingerprint fingerprint = 0;
-  std::uint32_t sequence = 0;  // within the job, from 1
+  std::uint32_t sequence = 0;  // number within the job, from 1
   HostNumber host = 0;
-  UnitRun units = {};  // that it covers
+  UnitRun units = {};  // units that it covers
 };
 
 /// Units up to an end are open: those that are pending may be taken. The others wait until it is moved.
@@ -57,7 +57,9 @@ class UnitLedger {
     return page == nullptr ? UnitState::kPending : page->states[unit % kPageUnits];
   }
   /// Result of a unit that is done.
-  const AcceptedResult& result(std::uint32_t unit) const { return results_[sequence_of(unit) - 1]; }
+  const AcceptedResult& result(std::uint32_t unit) const {
+    return results_by_sequence_[sequence_of(unit) - 1];
+  }
   /// Those that count, by sequence number. Looks at every result; for events that are rare.
   std::vector<AcceptedResult> results() const;
 
@@ -79,13 +81,13 @@ class UnitLedger {
  private:
   static constexpr std::uint32_t kPageUnits = 4096;
   struct Page {
-    explicit Page(std::uint32_t count) : states(count, UnitState::kPending), sequences(count) {}
+    explicit Page(std::uint32_t count) : states(count, UnitState::kPending), result_sequences(count) {}
     std::vector<UnitState> states;
-    std::vector<std::uint32_t> sequences;  // of the results of units that are done
+    std::vector<std::uint32_t> result_sequences;  // only for units that are done
   };
 
   std::uint32_t sequence_of(std::uint32_t unit) const {
-    return pages_[unit / kPageUnits]->sequences[unit % kPageUnits];
+    return pages_[unit / kPageUnits]->result_sequences[unit % kPageUnits];
   }
   /// The page of a unit that changes.
   Page& page_of(std::uint32_t unit);
@@ -95,7 +97,7 @@ class UnitLedger {
 
   std::uint32_t count_;
   std::vector<std::unique_ptr<Page>> pages_;
-  std::vector<AcceptedResult> results_;  // by sequence number - 1; some do not count any more
+  std::vector<AcceptedResult> results_by_sequence_;  // index: sequence number - 1; some are revoked
   std::uint32_t open_end_ = 0;
   std::uint32_t pending_ = 0;  // open ones
   std::uint32_t leased_ = 0;

@@ -9,8 +9,8 @@ namespace tessera::server {
 /// one result can cover them (wire/tile_result.h). WorkPlan::run makes those of more than one unit.
 struct UnitRun {
   std::uint32_t first = 0;  // a unit
-  std::uint32_t count = 1;  // of units, one a sample range; a power of two
-  std::uint32_t step = 1;   // from one of its units to the next: the number of tiles
+  std::uint32_t count = 1;  // number of units, one a sample range; a power of two
+  std::uint32_t step = 1;   // distance from one of its units to the next: the number of tiles
 
   std::uint32_t operator[](std::uint32_t i) const { return first + i * step; }
   bool operator==(const UnitRun&) const = default;

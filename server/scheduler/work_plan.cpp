@@ -156,7 +156,7 @@ absl::StatusOr<WorkPlan> WorkPlan::make(const v1::JobSpec& spec) {
                      " times ", plan.range_count_, " sample ranges are more than ", wire::kMaxUnitsPerJob,
                      " units; larger tiles or more samples a unit would help"));
   }
-  plan.tiles_ = TileOrder{columns, rows};
+  plan.tile_order_ = TileOrder{columns, rows};
   return plan;
 }
 
@@ -182,8 +182,8 @@ std::optional<UnitRun> WorkPlan::run(std::uint32_t first, std::uint32_t count) c
 v1::WorkUnit WorkPlan::unit(const UnitRun& run) const {
   if (!is_of_picture(run.first)) return phases_.unit(run.first);
   const std::uint32_t range = (run.first - phases_.unit_count()) / tile_count();
-  const std::uint32_t view = tile_of(run.first) / tiles_.count();
-  const TileOrder::Tile tile = tiles_.tile(tile_of(run.first) % tiles_.count());
+  const std::uint32_t view = tile_of(run.first) / tile_order_.count();
+  const TileOrder::Tile tile = tile_order_.tile(tile_of(run.first) % tile_order_.count());
   const std::uint32_t x = (first_column_ + tile.column) * tile_size_;
   const std::uint32_t y = (first_row_ + tile.row) * tile_size_;
 

@@ -30,7 +30,7 @@ class WorkPlan {
   bool is_of_picture(std::uint32_t unit) const { return unit >= phases_.unit_count(); }
 
   /// Of all views.
-  std::uint32_t tile_count() const { return tiles_.count() * views_; }
+  std::uint32_t tile_count() const { return tile_order_.count() * views_; }
   /// Tile of a unit of the picture, in the order in which they are handed out.
   std::uint32_t tile_of(std::uint32_t unit) const { return (unit - phases_.unit_count()) % tile_count(); }
 
@@ -68,7 +68,7 @@ class WorkPlan {
   std::uint32_t samples_ = 0;
   std::uint32_t samples_per_unit_ = 0;
   std::uint32_t range_count_ = 0;
-  TileOrder tiles_;  // of the grid of tiles that the crop touches
+  TileOrder tile_order_;  // of all tiles that the crop touches
   std::uint32_t first_column_ = 0, first_row_ = 0;
 };
 

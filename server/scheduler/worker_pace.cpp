@@ -97,7 +97,7 @@ void JobPace::learn_spread(WorkerPace& worker, double log_cost, double usual_log
 /// Median of what the latest results cost; there is one.
 double JobPace::level() const {
   std::vector<double> costs;
-  for (const Result& result : latest_) costs.push_back(result.log_cost);
+  for (const Result& result : latest_) costs.push_back(result.usual_log_cost);
   std::sort(costs.begin(), costs.end());
   return (costs[(costs.size() - 1) / 2] + costs[costs.size() / 2]) / 2;
 }
@@ -112,8 +112,8 @@ void JobPace::compare(WorkerPace& worker, const UsualPace& usual, double log_cos
     const double variance = (1 + 1 / static_cast<double>(latest_.size())) * noise();
     learn_pace(worker, log_cost - level() - worker.log_time, variance);
   }
-  if (latest_.size() == kCompared) latest_.erase(latest_.begin());
-  latest_.push_back({.worker = worker.worker, .log_cost = usual_log_cost});
+  if (latest_.size() == kMostComparedResults) latest_.erase(latest_.begin());
+  latest_.push_back({.worker = worker.worker, .usual_log_cost = usual_log_cost});
 }
 
 }  // namespace tessera::server

@@ -38,7 +38,7 @@ double slowness_of(const WorkerPace& pace, const UsualPace& usual);
 /// The latest results of one job, which the next one is compared with.
 class JobPace {
  public:
-  static constexpr std::size_t kCompared = 8;  // at most
+  static constexpr std::size_t kMostComparedResults = 8;
 
   explicit JobPace(std::uint64_t job) : job_(job) {}
 
@@ -49,7 +49,7 @@ class JobPace {
  private:
   struct Result {
     std::uint64_t worker = 0;
-    double log_cost = 0;  // as a usual worker would have had it
+    double usual_log_cost = 0;  // cost on a usual worker
   };
 
   void learn_spread(WorkerPace& worker, double log_cost, double usual_log_cost);

@@ -82,7 +82,7 @@ void Audits::ask(FarmJob& job, const AcceptedResult& accepted) {
 
 std::string Audits::draw(const FarmJob& job, std::uint32_t unit,
                          const std::function<bool(const FarmWorker&)>& can) const {
-  const auto& identities = state_.identities;
+  const auto& identities = state_.workers_by_identity;
   if (identities.empty()) return "";
   const std::string digest = wire::sha256_hex(
       absl::StrCat(state_.options.audit_key, " draw ", job.request.id, " ", unit, " ", job.attempts));
@@ -132,7 +132,7 @@ bool Audits::ask_who_doubts(FarmJob& job, const AcceptedResult& accepted, const 
 
 /// The opinion of whoever rendered the accepted result.
 Audit Audits::first_opinion(const FarmJob& job, const AcceptedResult& accepted) const {
-  return {.opinions = {{state_.hosts[accepted.host], accepted.fingerprint}},
+  return {.opinions = {{state_.hosts_by_number[accepted.host], accepted.fingerprint}},
           .arithmetic_class = classes_.class_of_result(job, accepted)};
 }
 
@@ -216,8 +216,9 @@ Audits::Comparison Audits::compare(FarmJob& job, const FarmWorker& worker, const
   const std::string* const own = classes_.class_for(worker, job);
   if (own == nullptr || *own != classes_.class_of_result(job, accepted)) return {};
   const bool equal = accepted.fingerprint == result;
-  const std::string& maker =
-      accepted.host < state_.hosts.size() ? state_.hosts[accepted.host] : worker.info.host;
+  const std::string& maker = accepted.host < state_.hosts_by_number.size()
+                                 ? state_.hosts_by_number[accepted.host]
+                                 : worker.info.host;
   const bool confirmed = equal && identity_of(maker) != identity_of(worker.info.host) &&
                          trust_.trusts(maker) && trust_.trusts(worker.info.host);
   if (confirmed) classes_.confirm(*own, identity_of(maker), identity_of(worker.info.host));
@@ -241,7 +242,7 @@ Audits::Comparison Audits::compare(FarmJob& job, const FarmWorker& worker, const
     state_.auditing.insert(job.number);
     adjudicate(job, unit);
   }
-  return {.comparable = true, .equal = equal, .heard = heard, .confirmed = confirmed};
+  return {.same_class = true, .equal = equal, .heard = heard, .confirmed = confirmed};
 }
 
 /// Votes that decide where opinions differ: the majority of all who have spoken or could, so that a few who
@@ -300,7 +301,7 @@ void Audits::distrust(const std::string& subject, const std::string& why) {
   for (const std::string& worker : its_workers) {
     for (const LeaseId lease : state_.leases.of_worker(worker)) book_.drop(lease);
   }
-  for (const auto& [number, job] : state_.jobs) {
+  for (const auto& [number, job] : state_.jobs_by_number) {
     if (job->open()) revoke_results(*job, subject);
   }
 }
@@ -309,12 +310,13 @@ void Audits::distrust(const std::string& subject, const std::string& why) {
 void Audits::revoke_results(FarmJob& job, const std::string& subject) {
   std::vector<AcceptedResult> results = job.units.results();
   std::erase_if(results, [&](const AcceptedResult& result) {
-    return result.host >= state_.hosts.size() || !covers(subject, state_.hosts[result.host]);
+    return result.host >= state_.hosts_by_number.size() ||
+           !covers(subject, state_.hosts_by_number[result.host]);
   });
   job.audits.drop_opinions([&](const std::string& host) { return covers(subject, host); });
   job.audits.erase_if([](std::uint32_t, const Audit& audit) { return audit.opinions.empty(); });
-  std::erase_if(job.renderers, [&](HostNumber host) {
-    return host < state_.hosts.size() && covers(subject, state_.hosts[host]);
+  std::erase_if(job.hosts_with_results, [&](HostNumber host) {
+    return host < state_.hosts_by_number.size() && covers(subject, state_.hosts_by_number[host]);
   });
   std::uint32_t units = 0;
   for (const AcceptedResult& result : results) {
@@ -332,7 +334,7 @@ void Audits::revoke_results(FarmJob& job, const std::string& subject) {
 
 absl::Status Audits::trust(const std::string& text) {
   std::set<std::string> known;  // hosts that are meant
-  for (const std::string& host : state_.hosts) {
+  for (const std::string& host : state_.hosts_by_number) {
     if (is_meant(text, host)) known.insert(host);
   }
   for (const auto& [id, worker] : state_.workers) {
@@ -353,7 +355,7 @@ absl::Status Audits::trust(const std::string& text) {
   if (meant.empty()) {
     if (!known.empty()) return absl::OkStatus();
     std::vector<std::string> names;
-    for (const std::string& host : state_.hosts) names.push_back(host.substr(0, host.find('@')));
+    for (const std::string& host : state_.hosts_by_number) names.push_back(host.substr(0, host.find('@')));
     for (const auto& [id, worker] : state_.workers)
       names.push_back(worker.info.host.substr(0, worker.info.host.find('@')));
     for (const auto& [subject, why] : state_.distrusted) names.push_back(short_name(subject));
@@ -372,7 +374,7 @@ void Audits::restore(FarmJob& job, const FarmEvent& event) {
   if (job.units.state(event.unit) != UnitState::kDone) return;
   const AcceptedResult& accepted = job.units.result(event.unit);
   const bool same = accepted.units.first == event.unit && accepted.sequence == event.value;
-  if (!same || accepted.host >= state_.hosts.size()) return;
+  if (!same || accepted.host >= state_.hosts_by_number.size()) return;
   job.audited.insert(event.unit);
   ResultFingerprint opinion = 0;
   if (!absl::SimpleAtoi(event.text, &opinion)) return;
@@ -389,8 +391,8 @@ void Audits::restored(FarmJob& job) {
   std::vector<AcceptedResult> latest = job.units.results();
   // No worker is here yet.
   std::set<std::string> identities;
-  for (const HostNumber host : job.renderers) {
-    if (host < state_.hosts.size()) identities.insert(identity_of(state_.hosts[host]));
+  for (const HostNumber host : job.hosts_with_results) {
+    if (host < state_.hosts_by_number.size()) identities.insert(identity_of(state_.hosts_by_number[host]));
   }
   std::erase_if(latest, [&](const AcceptedResult& result) {
     return job.audited.contains(result.units.first) ||
@@ -402,7 +404,9 @@ void Audits::restored(FarmJob& job) {
   const auto phases = static_cast<std::size_t>(of_picture - latest.begin());
   if (latest.size() - phases > kRestoredAudits) latest.erase(of_picture, latest.end() - kRestoredAudits);
   for (const AcceptedResult& accepted : latest) {
-    if (accepted.host >= state_.hosts.size() || !trust_.trusts(state_.hosts[accepted.host])) continue;
+    if (accepted.host >= state_.hosts_by_number.size() ||
+        !trust_.trusts(state_.hosts_by_number[accepted.host]))
+      continue;
     job.audits.put(accepted.units.first, first_opinion(job, accepted));
   }
   if (!job.audits.empty()) state_.auditing.insert(job.number);

@@ -51,10 +51,10 @@ class Audits {
 
   /// A result of the units of an accepted one, beside it.
   struct Comparison {
-    bool comparable = false;  // of the same class
+    bool same_class = false;
     bool equal = false;
-    bool heard = false;      // as an opinion: the job may be over with it
-    bool confirmed = false;  // by another identity
+    bool heard = false;      // it counts as an opinion: the job may be over with it
+    bool confirmed = false;  // equal, by another identity, and both are trusted
   };
   /// Takes it as an opinion where one is wanted; who is in the minority goes into quarantine.
   Comparison compare(FarmJob& job, const FarmWorker& worker, const AcceptedResult& accepted,

@@ -27,7 +27,8 @@ constexpr double kNumbers = static_cast<double>(std::uint64_t{1} << 52);
 bool Checks::is_proven(const std::string& host) const { return identity_of(host) != host; }
 
 std::string Checks::maker_of(const AcceptedResult& accepted) const {
-  return accepted.host < state_.hosts.size() ? identity_of(state_.hosts[accepted.host]) : "";
+  return accepted.host < state_.hosts_by_number.size() ? identity_of(state_.hosts_by_number[accepted.host])
+                                                       : "";
 }
 
 double Checks::allowance(const FarmJob& job) const {
@@ -41,12 +42,12 @@ bool Checks::is_chosen(const FarmJob& job, const Standing::Result& result) const
 }
 
 void Checks::note(FarmJob& job, const AcceptedResult& accepted, const Spot& spot, bool doubtful, Time now) {
-  if (state_.options.audit_one_in == 0 || !is_proven(state_.hosts[accepted.host]) ||
+  if (state_.options.audit_one_in == 0 || !is_proven(state_.hosts_by_number[accepted.host]) ||
       !job.request.plan->is_of_picture(accepted.units.first)) {
     return;
   }
   const std::string identity = maker_of(accepted);
-  Standing& standing = job.standings[identity];
+  Standing& standing = job.standing_by_identity[identity];
   const Standing::Result result{.first = accepted.units.first,
                                 .units = accepted.units.count,
                                 .sequence = accepted.sequence,
@@ -75,8 +76,8 @@ bool Checks::is_able(const FarmWorker& worker, const FarmJob& job, const SpotChe
     return false;
   const std::string* const own = classes_.class_for(worker, job);
   if (own == nullptr || *own != check.arithmetic_class) return false;
-  const auto standing = job.standings.find(identity);
-  return (standing == job.standings.end() || standing->second.false_alarms < kMostFalseAlarms) &&
+  const auto standing = job.standing_by_identity.find(identity);
+  return (standing == job.standing_by_identity.end() || standing->second.false_alarms < kMostFalseAlarms) &&
          eligibility_.may_work_on(worker, job, worker.last_seen);
 }
 
@@ -86,14 +87,14 @@ bool Checks::can_make(const FarmWorker& worker, const FarmJob& job, const SpotCh
 
 /// The identity that is to make the check; empty when nobody can.
 std::string Checks::draw(const FarmJob& job, std::uint32_t unit, const SpotCheck& check) const {
-  if (state_.identities.size() < 2) return "";
+  if (state_.workers_by_identity.size() < 2) return "";
   return audits_.draw(job, unit, [&](const FarmWorker& worker) { return is_able(worker, job, check); });
 }
 
 /// Asks for a check of one of an identity's results. Whether somebody can make it.
 bool Checks::ask(FarmJob& job, const std::string& identity, const Standing::Result& result, Time now) {
   const AcceptedResult& accepted = job.units.result(result.first);
-  Standing& standing = job.standings[identity];
+  Standing& standing = job.standing_by_identity[identity];
   const auto covers = [&] { return standing.open().empty() ? 0 : standing.open().back().sequence; };
   if (result.spot.number != 0 && job.spots.find(result.first) == nullptr) {
     SpotCheck check{.sequence = result.sequence,
@@ -105,7 +106,7 @@ bool Checks::ask(FarmJob& job, const std::string& identity, const Standing::Resu
                     .silent = {},
                     .since = now};
     check.checker = draw(job, result.first, check);
-    if (job.spots.size() >= kMostSpots || check.checker.empty()) return false;
+    if (job.spots.size() >= kMostSpotsPerJob || check.checker.empty()) return false;
     job.spots.put(result.first, std::move(check));
     state_.checking.insert(job.number);
   } else if (!audits_.ask_again(job, accepted)) {
@@ -121,7 +122,7 @@ bool Checks::ask_for_any(FarmJob& job, const std::string& identity, const Standi
   for (int i = 0; i < kTries && !standing.open().empty(); ++i) {
     const std::uint64_t drawn = secret_number(
         state_.options, job,
-        std::uint64_t{standing.open().back().sequence} << 32 | (standing.vain_checks * kTries + i));
+        std::uint64_t{standing.open().back().sequence} << 32 | (standing.unanswered_checks * kTries + i));
     const Standing::Result result = standing.open()[drawn % standing.open().size()];
     if (ask(job, identity, result, now)) return true;
   }
@@ -135,7 +136,7 @@ bool Checks::compare(FarmJob& job, const FarmWorker& worker, std::uint32_t unit,
   const AcceptedResult& accepted = job.units.result(unit);
   const std::string identity = identity_of(worker.info.host);
   if (check.spot.fingerprint == result) {
-    job.standings[check.maker].confirm(check.covers);
+    job.standing_by_identity[check.maker].confirm(check.covers);
     classes_.confirm(check.arithmetic_class, check.maker, identity);
     return true;
   }
@@ -149,20 +150,20 @@ void Checks::confirm(FarmJob& job, const AcceptedResult& accepted, const std::st
   if (const auto alarm = job.alarms.find(accepted.units.first); alarm != job.alarms.end()) {
     // Others may be of one mind with whoever made it.
     if (alarm->second != identity_of(host) && audits_.ask_who_doubts(job, accepted, alarm->second)) return;
-    ++job.standings[alarm->second].false_alarms;
+    ++job.standing_by_identity[alarm->second].false_alarms;
     job.alarms.erase(alarm);
   }
-  const auto standing = job.standings.find(maker_of(accepted));
-  if (standing == job.standings.end()) return;
+  const auto standing = job.standing_by_identity.find(maker_of(accepted));
+  if (standing == job.standing_by_identity.end()) return;
   const bool asked = standing->second.asked == accepted.units.first;
   standing->second.confirm(std::max(accepted.sequence, asked ? standing->second.covers : 0));
 }
 
 bool Checks::withholds(const FarmWorker& worker, const FarmJob& job) const {
-  if (job.standings.empty()) return false;
+  if (job.standing_by_identity.empty()) return false;
   const std::string identity = identity_of(worker.info.host);
-  const auto found = job.standings.find(identity);
-  if (found == job.standings.end()) return false;
+  const auto found = job.standing_by_identity.find(identity);
+  if (found == job.standing_by_identity.end()) return false;
   const Standing& standing = found->second;
   if (standing.confirmations() > 0 || static_cast<double>(standing.unconfirmed()) < allowance(job))
     return false;
@@ -171,7 +172,7 @@ bool Checks::withholds(const FarmWorker& worker, const FarmJob& job) const {
 }
 
 void Checks::review(FarmJob& job, Time now) {
-  const Time patience = std::clamp(8 * job.mean_duration, kLeastPatience, kMostPatience);
+  const Time patience = std::clamp(8 * job.mean_lease_duration, kLeastPatience, kMostPatience);
   std::vector<std::uint32_t> waiting, stalled;
   for (const auto& [unit, check] : job.spots.all()) {
     if (job.spots.waits(unit)) {
@@ -189,8 +190,8 @@ void Checks::review(FarmJob& job, Time now) {
   for (const std::uint32_t unit : waiting) {
     const SpotCheck* const check = job.spots.find(unit);
     if (now - check->since >= patience) job.spots.give_back(unit, check->checker);
-    const auto asked = state_.identities.find(check->checker);
-    const bool able = asked != state_.identities.end() &&
+    const auto asked = state_.workers_by_identity.find(check->checker);
+    const bool able = asked != state_.workers_by_identity.end() &&
                       std::any_of(asked->second.begin(), asked->second.end(), [&](const std::string& worker) {
                         return can_make(state_.workers.at(worker), job, *check);
                       });
@@ -199,18 +200,18 @@ void Checks::review(FarmJob& job, Time now) {
       job.spots.ask(unit, std::move(other), now);
       continue;
     }
-    ++job.standings[check->maker].vain_checks;
+    ++job.standing_by_identity[check->maker].unanswered_checks;
     job.spots.erase(unit);
   }
-  for (auto& [identity, standing] : job.standings) {
+  for (auto& [identity, standing] : job.standing_by_identity) {
     // The same of whole results that are asked for in place of spots.
     if (standing.asked && job.audits.waits(*standing.asked) && now - standing.asked_at >= patience) {
       job.audits.erase(*standing.asked);
-      ++standing.vain_checks;
+      ++standing.unanswered_checks;
     }
     if (static_cast<double>(standing.unconfirmed()) <= allowance(job) || is_asked(job, standing)) continue;
-    if (standing.vain_checks < kMostVainChecks && !ask_for_any(job, identity, standing, now)) {
-      ++standing.vain_checks;
+    if (standing.unanswered_checks < kMostUnansweredChecks && !ask_for_any(job, identity, standing, now)) {
+      ++standing.unanswered_checks;
     }
   }
   if (job.spots.empty()) state_.checking.erase(job.number);
@@ -218,7 +219,7 @@ void Checks::review(FarmJob& job, Time now) {
 
 std::uint32_t Checks::unconfirmed_units(const FarmJob& job) const {
   std::uint64_t units = 0;
-  for (const auto& [identity, standing] : job.standings) {
+  for (const auto& [identity, standing] : job.standing_by_identity) {
     if (static_cast<double>(standing.unconfirmed()) > allowance(job)) units += standing.unconfirmed();
   }
   return static_cast<std::uint32_t>(units);
@@ -227,14 +228,14 @@ std::uint32_t Checks::unconfirmed_units(const FarmJob& job) const {
 void Checks::restored(FarmJob& job) {
   if (state_.options.audit_one_in == 0 || !job.open()) return;
   for (const AcceptedResult& accepted : job.units.results()) {
-    if (accepted.host >= state_.hosts.size() || !is_proven(state_.hosts[accepted.host]) ||
+    if (accepted.host >= state_.hosts_by_number.size() || !is_proven(state_.hosts_by_number[accepted.host]) ||
         !job.request.plan->is_of_picture(accepted.units.first)) {
       continue;
     }
-    job.standings[maker_of(accepted)].add({.first = accepted.units.first,
-                                           .units = accepted.units.count,
-                                           .sequence = accepted.sequence,
-                                           .spot = {}});
+    job.standing_by_identity[maker_of(accepted)].add({.first = accepted.units.first,
+                                                      .units = accepted.units.count,
+                                                      .sequence = accepted.sequence,
+                                                      .spot = {}});
   }
 }
 

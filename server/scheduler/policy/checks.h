@@ -19,10 +19,10 @@ namespace tessera::server {
 class Checks {
  public:
   // Whoever was asked so often in vain is asked no more, and their part of the picture is marked.
-  static constexpr std::uint32_t kMostVainChecks = 4;
+  static constexpr std::uint32_t kMostUnansweredChecks = 4;
   // An identity whose spots differ so often from results that turn out to be right is not asked any more.
   static constexpr std::uint32_t kMostFalseAlarms = 4;
-  static constexpr std::size_t kMostSpots = 256;  // of one job that wait at a time
+  static constexpr std::size_t kMostSpotsPerJob = 256;  // waiting and under way
 
   Checks(FarmState& state, Classes& classes, const Eligibility& eligibility, LeaseBook& book, Audits& audits)
       : state_(state), classes_(classes), eligibility_(eligibility), book_(book), audits_(audits) {}

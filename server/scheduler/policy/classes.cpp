@@ -10,20 +10,21 @@ namespace tessera::server {
 
 void Classes::count(FarmWorker& worker) {
   const bool counts = !worker.draining && trust_.trusts(worker.info.host);
-  if (worker.counted == counts) return;
-  worker.counted = counts;
-  counts ? state_.census.add(worker.info, worker.threads) : state_.census.remove(worker.info, worker.threads);
+  if (worker.in_census == counts) return;
+  worker.in_census = counts;
+  counts ? state_.census.add(worker.info, worker.counted_threads)
+         : state_.census.remove(worker.info, worker.counted_threads);
 }
 
 void Classes::count_threads(FarmWorker& worker, std::uint32_t threads) {
-  if (worker.threads == threads) return;
-  if (worker.counted) {
-    state_.census.remove(worker.info, worker.threads);
+  if (worker.counted_threads == threads) return;
+  if (worker.in_census) {
+    state_.census.remove(worker.info, worker.counted_threads);
     state_.census.add(worker.info, threads);
   }
-  state_.threads += threads;
-  state_.threads -= worker.threads;
-  worker.threads = threads;
+  state_.total_threads += threads;
+  state_.total_threads -= worker.counted_threads;
+  worker.counted_threads = threads;
 }
 
 void Classes::confirm(const std::string& name, const std::string& identity, const std::string& other) {
@@ -56,7 +57,7 @@ void Classes::unbind(FarmJob& job) {
 bool Classes::has_class(const std::string& name) const {
   return std::any_of(state_.workers.begin(), state_.workers.end(), [&](const auto& entry) {
     const std::vector<std::string>& classes = entry.second.info.classes;
-    return entry.second.counted && std::find(classes.begin(), classes.end(), name) != classes.end();
+    return entry.second.in_census && std::find(classes.begin(), classes.end(), name) != classes.end();
   });
 }
 
@@ -87,7 +88,9 @@ const std::string* Classes::class_for(const FarmWorker& worker, const FarmJob& j
 }
 
 const std::string& Classes::class_of_result(const FarmJob& job, const AcceptedResult& result) const {
-  return job.classes.of(result.host < state_.hosts.size() ? state_.hosts[result.host] : "", result.sequence);
+  return job.classes.of(
+      result.host < state_.hosts_by_number.size() ? state_.hosts_by_number[result.host] : "",
+      result.sequence);
 }
 
 bool Classes::settling(const FarmJob& job, Time now) const {
@@ -107,7 +110,8 @@ void Classes::bind(FarmJob& job, const std::string& name) {
                 [&](const AcceptedResult& result) { return class_of_result(job, result) != before; });
   job.classes.bind(name);
   state_.record(FarmEvent::Kind::kBound, job.request.id).text = name;
-  for (const AcceptedResult& result : unclear) note(job, state_.hosts[result.host], result.sequence, before);
+  for (const AcceptedResult& result : unclear)
+    note(job, state_.hosts_by_number[result.host], result.sequence, before);
 }
 
 void Classes::note(FarmJob& job, const std::string& host, std::uint32_t sequence, const std::string& name) {
@@ -139,7 +143,7 @@ std::string Classes::left_out(const FarmJob& job) const {
 
 std::vector<std::string> Classes::closed_jobs(const FarmWorker& worker) const {
   std::vector<std::string> closed;
-  for (const auto& [number, job] : state_.jobs) {
+  for (const auto& [number, job] : state_.jobs_by_number) {
     if (closed.size() == kMaxClosedJobs) break;
     if (job->open() && has_tags(worker.info, job->request.required_tags) &&
         class_for(worker, *job) == nullptr) {

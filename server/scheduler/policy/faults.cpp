@@ -52,7 +52,7 @@ bool Faults::is_mass_loss(std::size_t workers) const {
 bool Faults::blame_loss(LeaseId id, const WorkerInfo& worker, Time now) {
   const Lease lease = state_.leases.get(id);
   book_.drop(id);
-  FarmJob& job = *state_.jobs.at(lease.job);
+  FarmJob& job = *state_.jobs_by_number.at(lease.job);
   if (lease.audit || !job.open()) return false;
   const UnitFailure failure{.host = worker.host,
                             .message = kLostMessage,
@@ -133,9 +133,9 @@ void Faults::judge_scene(FarmJob& job, const std::string& message, Time now) {
   const auto voter = [&](const std::string& host) { return by_host ? host : identity_of(host); };
   std::set<std::string> accusers, renderers;
   for (const auto& [host, its_message] : job.scene_faults) accusers.insert(voter(host));
-  for (const HostNumber host : job.renderers) {
-    if (host < state_.hosts.size() && !accusers.contains(voter(state_.hosts[host])))
-      renderers.insert(voter(state_.hosts[host]));
+  for (const HostNumber host : job.hosts_with_results) {
+    if (host < state_.hosts_by_number.size() && !accusers.contains(voter(state_.hosts_by_number[host])))
+      renderers.insert(voter(state_.hosts_by_number[host]));
   }
   const bool others = std::any_of(state_.workers.begin(), state_.workers.end(), [&](const auto& entry) {
     return !accusers.contains(voter(entry.second.info.host)) &&
@@ -149,12 +149,12 @@ void Faults::judge_scene(FarmJob& job, const std::string& message, Time now) {
 /// fault itself, and is taken off every host's record.
 void Faults::judge_host(FarmJob& job, std::uint32_t unit, const std::string& host, Time now) {
   if (hosts_of(job.failures[unit]).size() > 1) {
-    for (auto& [name, record] : job.hosts) record.failed_units.erase(unit);
+    for (auto& [name, record] : job.hosts) record.units_failed_only_here.erase(unit);
     return;
   }
   HostRecord& record = job.hosts[host];
-  record.failed_units.insert(unit);
-  if (record.failed_units.size() < kMaxFailures) return;
+  record.units_failed_only_here.insert(unit);
+  if (record.units_failed_only_here.size() < kMaxFailures) return;
   const bool others = std::any_of(state_.workers.begin(), state_.workers.end(), [&](const auto& entry) {
     return entry.second.info.host != host && eligibility_.may_work_on(entry.second, job, now);
   });
@@ -172,7 +172,7 @@ Time Faults::bar(FarmJob& job, const std::string& host, Time now) {
   const Time bar = std::min(kLongestBar, kFirstBar * (std::int64_t{1} << std::min(record.bars, 10u)));
   ++record.bars;
   record.barred_until = now + bar;
-  record.failed_units.clear();
+  record.units_failed_only_here.clear();
   for (const auto& [id, worker] : state_.workers) {
     if (worker.info.host != host) continue;
     for (const LeaseId lease : state_.leases.of_worker(id)) {

@@ -9,7 +9,7 @@ namespace tessera::server {
 void JobCourse::take_turns(FarmJob& job) {
   leave_turns(job);
   if (!job.open() || job.held()) return;
-  state_.turns.add(job.number, job.request.priority, job.request.user, job.load_ms);
+  state_.turns.add(job.number, job.request.priority, job.request.user, job.leased_work_ms);
   state_.jobs_by_scene[job.request.scene_digest].insert(job.number);
 }
 
@@ -35,8 +35,8 @@ std::vector<FarmJob*> JobCourse::take_awaiting(const std::string& job) {
   const auto found = state_.awaiting.find(job);
   if (found == state_.awaiting.end()) return jobs;
   for (const std::uint64_t number : found->second) {
-    const auto waiting = state_.jobs.find(number);
-    if (waiting == state_.jobs.end() || !waiting->second->open()) continue;
+    const auto waiting = state_.jobs_by_number.find(number);
+    if (waiting == state_.jobs_by_number.end() || !waiting->second->open()) continue;
     waiting->second->awaited.erase(job);
     jobs.push_back(waiting->second.get());
   }
@@ -79,14 +79,14 @@ void JobCourse::end_alone(FarmJob& job, v1::JobState state, std::string error) {
   state_.checking.erase(job.number);
   job.audits.clear();
   job.spots.clear();
-  job.standings.clear();
+  job.standing_by_identity.clear();
   job.alarms.clear();
   job.dangerous.clear();
   job.shorter_runs.clear();
   job.tile_cost_ms = {};
   job.hosts.clear();
   job.scene_faults.clear();
-  job.renderers.clear();
+  job.hosts_with_results.clear();
   // The failures of an incomplete job are what its report consists of.
   if (state != v1::INCOMPLETE) job.failures.clear();
   FarmEvent& event = state_.record(FarmEvent::Kind::kEnded, job.request.id);

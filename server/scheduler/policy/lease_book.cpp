@@ -9,10 +9,10 @@ namespace tessera::server {
 void LeaseBook::add(FarmJob& job, FarmWorker& worker, Lease lease) {
   const UnitRun units = lease.units;
   lease.charge_ms = std::max<std::int64_t>(
-      1, static_cast<std::int64_t>(lease.part * static_cast<double>(runs_.charge_for(job, units))));
+      1, static_cast<std::int64_t>(lease.work_share * static_cast<double>(runs_.charge_for(job, units))));
   worker.load_ms += lease.charge_ms;
-  worker.units += units.count;
-  job.load_ms += lease.charge_ms;
+  worker.leased_units += units.count;
+  job.leased_work_ms += lease.charge_ms;
   state_.turns.charge(job.number, lease.charge_ms);
   ++job.leases;
   ++job.holders[worker.info.id];
@@ -24,15 +24,15 @@ void LeaseBook::add(FarmJob& job, FarmWorker& worker, Lease lease) {
 
 void LeaseBook::drop(LeaseId id) {
   const Lease lease = state_.leases.get(id);
-  FarmJob& job = *state_.jobs.at(lease.job);
+  FarmJob& job = *state_.jobs_by_number.at(lease.job);
   if (!lease.audit) index_only_lease(job, lease.units, /*add=*/false);
   state_.leases.remove(id);
 
   FarmWorker& worker = state_.workers.at(lease.worker);
   worker.load_ms -= lease.charge_ms;
-  worker.units -= lease.units.count;
+  worker.leased_units -= lease.units.count;
   if (state_.leases.count_of_worker(lease.worker) == 0) worker.isolated = false;
-  job.load_ms -= lease.charge_ms;
+  job.leased_work_ms -= lease.charge_ms;
   state_.turns.charge(job.number, -lease.charge_ms);
   --job.leases;
   if (const auto holder = job.holders.find(lease.worker); --holder->second == 0) job.holders.erase(holder);
@@ -85,7 +85,7 @@ std::optional<LeaseId> LeaseBook::find_own(const FarmJob& job, const UnitRun& un
 }
 
 Time LeaseBook::heartbeat_interval() const {
-  const Time bearable{static_cast<std::int64_t>(state_.workers.size() * 1000 / kHeartbeatsPerSecond)};
+  const Time bearable{static_cast<std::int64_t>(state_.workers.size() * 1000 / kMaxHeartbeatsPerSecond)};
   return std::clamp(bearable, state_.options.heartbeat_interval,
                     std::max(state_.options.heartbeat_interval, kLongestHeartbeat));
 }

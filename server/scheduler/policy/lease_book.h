@@ -11,7 +11,7 @@ namespace tessera::server {
 
 class LeaseBook {
  public:
-  static constexpr std::size_t kHeartbeatsPerSecond = 2000;  // that are bearable
+  static constexpr std::size_t kMaxHeartbeatsPerSecond = 2000;  // beyond it, the interval grows
   static constexpr Time kLongestHeartbeat{5000};
 
   LeaseBook(FarmState& state, const Runs& runs) : state_(state), runs_(runs) {}

@@ -85,7 +85,7 @@ FarmJob* Leasing::choose_job(Batch& batch) {
     const bool in_order = state_.options.order == JobOrder::kFirstCome;
     if (fair && !in_order && turn.job_used_ms > fair->job_used_ms + kAffinitySlackMs)
       return TurnOrder::Next::kJob;
-    FarmJob& job = *state_.jobs.at(turn.job);
+    FarmJob& job = *state_.jobs_by_number.at(turn.job);
     if (!has_units_for(batch, job)) return TurnOrder::Next::kJob;
     // Hands that are too full for a job are not for those behind it either.
     if (!has_room(batch, job)) return in_order ? TurnOrder::Next::kUser : TurnOrder::Next::kJob;
@@ -94,12 +94,12 @@ FarmJob* Leasing::choose_job(Batch& batch) {
       return TurnOrder::Next::kStop;
     }
     if (!fair) fair = turn;
-    if (!holds_any || state_.jobs.at(fair->job)->passed_over_ms >= kAffinitySlackMs)
+    if (!holds_any || state_.jobs_by_number.at(fair->job)->passed_over_ms >= kAffinitySlackMs)
       return TurnOrder::Next::kStop;
     return in_order ? TurnOrder::Next::kUser : TurnOrder::Next::kJob;
   });
-  batch.passed_over = chosen != nullptr && fair ? state_.jobs.at(fair->job).get() : nullptr;
-  return chosen == nullptr && fair ? state_.jobs.at(fair->job).get() : chosen;
+  batch.passed_over = chosen != nullptr && fair ? state_.jobs_by_number.at(fair->job).get() : nullptr;
+  return chosen == nullptr && fair ? state_.jobs_by_number.at(fair->job).get() : chosen;
 }
 
 bool Leasing::lease_pending(Batch& batch) {
@@ -127,7 +127,7 @@ bool Leasing::lease_dangerous(Batch& batch) {
   if (worker.isolated) return true;
   std::size_t waiting = 0;
   for (const std::uint64_t number : state_.endangered) {
-    FarmJob& job = *state_.jobs.at(number);
+    FarmJob& job = *state_.jobs_by_number.at(number);
     if (job.held() || !eligibility_.may_work_on(worker, job, batch.now)) continue;
     for (const std::uint32_t unit : job.dangerous) {
       if (job.units.state(unit) != UnitState::kPending || eligibility_.avoids(worker, job, unit)) continue;
@@ -151,7 +151,7 @@ bool Leasing::lease_dangerous(Batch& batch) {
 
 bool Leasing::lease_audit(Batch& batch) {
   for (const std::uint64_t number : state_.auditing) {
-    FarmJob& job = *state_.jobs.at(number);
+    FarmJob& job = *state_.jobs_by_number.at(number);
     if (job.held()) continue;
     for (const std::uint32_t unit : job.audits.waiting()) {
       if (!audits_.can_make(batch.worker, job, *job.audits.find(unit))) continue;
@@ -171,7 +171,7 @@ bool Leasing::lease_audit(Batch& batch) {
 
 bool Leasing::lease_spot(Batch& batch) {
   for (const std::uint64_t number : state_.checking) {
-    FarmJob& job = *state_.jobs.at(number);
+    FarmJob& job = *state_.jobs_by_number.at(number);
     if (job.held()) continue;
     for (const std::uint32_t unit : job.spots.waiting()) {
       const SpotCheck& check = *job.spots.find(unit);
@@ -188,7 +188,7 @@ bool Leasing::lease_copy(Batch& batch) {
   FarmJob* job = nullptr;
   UnitRun units;
   state_.turns.for_each([&](const TurnOrder::Turn& turn) {
-    FarmJob& candidate = *state_.jobs.at(turn.job);
+    FarmJob& candidate = *state_.jobs_by_number.at(turn.job);
     if (candidate.units.pending() > candidate.dangerous.size() ||
         !eligibility_.may_work_on(batch.worker, candidate, batch.now) ||
         checks_.withholds(batch.worker, candidate)) {
@@ -211,15 +211,15 @@ bool Leasing::lease_copy(Batch& batch) {
     // Units on a worker that is known to be so slow that a copy would be there in less than half the time.
     for (auto last = candidate.by_end.rbegin(); last != candidate.by_end.rend(); ++last) {
       const double left_ms = static_cast<double>((last->first - batch.now).count());
-      if (left_ms <= 2 * candidate.mean_cost_ms * batch.worker.slowness) break;
+      if (left_ms <= 2 * candidate.mean_unit_cost_ms * batch.worker.slowness) break;
       const Time own = runs_.expected_cost(batch.worker, candidate, state_.leases.get(last->second).units);
       if (last->first - batch.now > 2 * own && suits(last->second)) return choose(last->second);
     }
     // A unit that is out for twice the usual time, and for twice the time that was expected of it, is likely
     // to be on a dead worker, or on one that became slow.
-    const Time age = candidate.mean_duration == Time{0}
+    const Time age = candidate.mean_lease_duration == Time{0}
                          ? state_.options.lease_timeout / 2
-                         : std::max(state_.options.min_copy_age, 2 * candidate.mean_duration);
+                         : std::max(state_.options.min_copy_age, 2 * candidate.mean_lease_duration);
     for (const auto& [granted_at, id] : candidate.only_leases) {
       if (batch.now - granted_at < age) break;
       const bool in_time = batch.now - granted_at < 2 * (state_.leases.get(id).expected_end - granted_at);
@@ -239,12 +239,12 @@ bool Leasing::lease_copy(Batch& batch) {
 bool Leasing::has_room(const Batch& batch, const FarmJob& job) const {
   const FarmWorker& worker = batch.worker;
   const std::uint64_t threads = worker.info.threads;
-  if (job.mean_cost_ms == 0 || batch.in_hand() < threads) return true;
+  if (job.mean_unit_cost_ms == 0 || batch.in_hand() < threads) return true;
   const auto in_hand_ms = static_cast<std::int64_t>(static_cast<double>(worker.load_ms) * worker.slowness);
   if (Time(in_hand_ms) >= state_.options.batch * static_cast<std::int64_t>(threads)) return false;
   // Units in hand beyond one lease a thread.
-  const std::uint64_t ahead = worker.units - worker.units * threads / batch.in_hand() + 1;
-  return is_left(batch, job.request.priority, (2 * state_.threads * ahead + threads - 1) / threads);
+  const std::uint64_t ahead = worker.leased_units - worker.leased_units * threads / batch.in_hand() + 1;
+  return is_left(batch, job.request.priority, (2 * state_.total_threads * ahead + threads - 1) / threads);
 }
 
 /// Whether so many units are pending in jobs of at least this priority that the worker may take.
@@ -254,7 +254,7 @@ bool Leasing::is_left(const Batch& batch, std::int32_t priority, std::uint64_t w
     left = {.priority = priority, .units = 0, .all = true};
     state_.turns.for_each([&](const TurnOrder::Turn& turn) {
       if (turn.priority < priority) return TurnOrder::Next::kStop;
-      const FarmJob& job = *state_.jobs.at(turn.job);
+      const FarmJob& job = *state_.jobs_by_number.at(turn.job);
       if (job.units.pending() > 0 && eligibility_.may_work_on(batch.worker, job, batch.now))
         left->units += job.units.pending();
       left->all = left->units < 2 * wanted;  // the next unit wants more
@@ -266,12 +266,12 @@ bool Leasing::is_left(const Batch& batch, std::int32_t priority, std::uint64_t w
 
 /// Whether the others will have done all that is left well before this slow worker would have done one unit.
 bool Leasing::would_come_late(const Batch& batch, const FarmJob& job) const {
-  if (job.mean_cost_ms == 0 || batch.worker.slowness < 2) return false;
+  if (job.mean_unit_cost_ms == 0 || batch.worker.slowness < 2) return false;
   double at_work = 0;  // threads of others, each by its pace
   for (const auto& [id, leases] : job.holders) {
     if (id == batch.worker.info.id) continue;
     const FarmWorker& other = state_.workers.at(id);
-    at_work += std::min(leases, other.threads) / other.slowness;
+    at_work += std::min(leases, other.counted_threads) / other.slowness;
   }
   // Both in what a usual worker takes for a unit; nobody else at work, and there is no end to wait for.
   return at_work > 0 && batch.worker.slowness > 2 * (1 + job.units.pending() / at_work);
@@ -297,8 +297,8 @@ void Leasing::grant(Batch& batch, FarmJob& job, const UnitRun& units, bool audit
               .deadline = batch.now + book_.lease_time(),
               .audit = audit,
               .spot = spot.number,
-              .part = spot.number == 0 ? 1 : spot.share,
-              .expected_end = job.mean_cost_ms == 0 ? Time{0} : batch.now + Time(ahead) + cost};
+              .work_share = spot.number == 0 ? 1 : spot.share,
+              .expected_end = job.mean_unit_cost_ms == 0 ? Time{0} : batch.now + Time(ahead) + cost};
   v1::Lease& out = batch.decision.leases.emplace_back();
   v1::LeaseToken& token = *out.mutable_token();
   token.set_job_id(job.request.id);

@@ -30,7 +30,7 @@ bool Paces::measure(FarmJob& job, FarmWorker& worker, const Lease& lease, const 
     const auto work = static_cast<double>(result.work > 0 ? result.work : lease.units.count);
     job.pace.compare(worker.pace, state_.usual_pace, std::log(static_cast<double>(cost.count()) / work));
     worker.slowness = slowness_of(worker.pace, state_.usual_pace);
-    if (++state_.results_since_comparison > state_.workers.size() / 4) compare_workers();
+    if (++state_.results_since_pace_comparison > state_.workers.size() / 4) compare_workers();
   }
   const double cost_ms = std::chrono::duration<double, std::milli>(cost).count();
   count_threads(worker, lease, cost_ms, now);
@@ -44,13 +44,15 @@ bool Paces::measure(FarmJob& job, FarmWorker& worker, const Lease& lease, const 
       others_ms ? std::clamp(usual_ms, *others_ms / Runs::kMostSpread, *others_ms * Runs::kMostSpread)
                 : usual_ms;
   job.latest_costs.add(identity, borne_out_ms);
-  job.mean_cost_ms = job.mean_cost_ms == 0 ? borne_out_ms : (7 * job.mean_cost_ms + borne_out_ms) / 8;
+  job.mean_unit_cost_ms =
+      job.mean_unit_cost_ms == 0 ? borne_out_ms : (7 * job.mean_unit_cost_ms + borne_out_ms) / 8;
   if (of_picture && plan.unit_count() - plan.phases().unit_count() > plan.tile_count()) {
     job.tile_cost_ms.resize(plan.tile_count());
     job.tile_cost_ms[plan.tile_of(lease.units.first)] = static_cast<float>(usual_ms);
   }
   state_.turns.remember(job.number, lease.charge_ms, now);
-  job.mean_duration = job.mean_duration == Time{0} ? duration : (7 * job.mean_duration + duration) / 8;
+  job.mean_lease_duration =
+      job.mean_lease_duration == Time{0} ? duration : (7 * job.mean_lease_duration + duration) / 8;
   return doubtful;
 }
 
@@ -65,14 +67,14 @@ void Paces::count_threads(FarmWorker& worker, const Lease& lease, double worked_
   const auto threads = static_cast<std::uint32_t>(
       std::clamp(std::ceil(kThreadsBeyond * at_work), 1.0, static_cast<double>(worker.info.threads)));
   // Small changes are not worth a new choice of classes.
-  const std::uint32_t margin = worker.threads / 4;
-  if (threads + margin < worker.threads || threads > worker.threads + margin)
+  const std::uint32_t margin = worker.counted_threads / 4;
+  if (threads + margin < worker.counted_threads || threads > worker.counted_threads + margin)
     classes_.count_threads(worker, threads);
 }
 
 /// Finds the usual pace anew, and each worker's relative to it.
 void Paces::compare_workers() {
-  state_.results_since_comparison = 0;
+  state_.results_since_pace_comparison = 0;
   std::vector<const WorkerPace*> paces;
   paces.reserve(state_.workers.size());
   for (const auto& [id, worker] : state_.workers) paces.push_back(&worker.pace);

@@ -29,7 +29,7 @@ bool Audits::suspect_inputs(FarmJob& job, std::uint32_t unit, const std::string&
     if (job.units.state(source) != UnitState::kDone) continue;
     if (job.audits.find(source) == nullptr) {
       const AcceptedResult& accepted = job.units.result(source);
-      if (accepted.host >= state_.hosts.size()) continue;
+      if (accepted.host >= state_.hosts_by_number.size()) continue;
       const Audit audit = first_opinion(job, accepted);
       if (!anyone_can_make(job, audit)) continue;
       job.audits.put(source, audit);

@@ -13,12 +13,12 @@ double Runs::unit_cost_ms(const FarmJob& job, const UnitRun& units) const {
   const bool of_tiles = !job.tile_cost_ms.empty() && plan.is_of_picture(units.first);
   const double of_tile = of_tiles ? job.tile_cost_ms[plan.tile_of(units.first)] : 0;
   if (of_tile > 0) return of_tile;
-  return job.mean_cost_ms > 0 ? job.mean_cost_ms : kUnknownCostMs;
+  return job.mean_unit_cost_ms > 0 ? job.mean_unit_cost_ms : kUnknownUnitCostMs;
 }
 
 std::int64_t Runs::charge_for(const FarmJob& job, const UnitRun& units) const {
   double unit_ms = unit_cost_ms(job, units);
-  if (job.mean_cost_ms > 0) unit_ms = std::min(unit_ms, kMostSpread * job.mean_cost_ms);
+  if (job.mean_unit_cost_ms > 0) unit_ms = std::min(unit_ms, kMostSpread * job.mean_unit_cost_ms);
   return std::max<std::int64_t>(1, std::llround(units.count * unit_ms));
 }
 
@@ -56,14 +56,14 @@ bool Runs::fits_run(const FarmJob& job, std::uint32_t unit, std::uint32_t count)
 /// there soon; towards the end of the job no more than half of a thread's part of what is left
 /// [Polychronopoulos1987], but not so few that the lease would be most of the work.
 double Runs::longest_run(const FarmWorker& worker, const FarmJob& job, const UnitRun& units) const {
-  if (job.mean_cost_ms == 0) return 1;
+  if (job.mean_unit_cost_ms == 0) return 1;
   const double unit_ms = unit_cost_ms(job, units) * worker.slowness;
   const auto longest = static_cast<double>(state_.options.longest_run.count());
   const double worthwhile = std::min(longest, static_cast<double>(state_.options.short_run.count()));
   if (job.request.plan->begins_tile(units.first)) return worthwhile / unit_ms;
   // A slow thread's part has fewer units, and takes it as long.
-  const double part = static_cast<double>(job.units.pending()) * job.mean_cost_ms /
-                      (2.0 * static_cast<double>(state_.threads));
+  const double part = static_cast<double>(job.units.pending()) * job.mean_unit_cost_ms /
+                      (2.0 * static_cast<double>(state_.total_threads));
   return std::clamp(part, worthwhile, longest) / unit_ms;
 }
 

@@ -7,7 +7,7 @@ namespace tessera::server {
 
 class Runs {
  public:
-  static constexpr std::int64_t kUnknownCostMs = 1000;  // of a unit, before any is done
+  static constexpr std::int64_t kUnknownUnitCostMs = 1000;  // assumed before any unit is done
   // How far the cost of one unit may be from those of others and still be charged in full. Costs over two
   // decades are log-normal with a standard deviation of a factor of three: three of these.
   static constexpr double kMostSpread = 30;

@@ -16,9 +16,9 @@ void Steps::open(FarmJob& job) {
          job.suspected.empty()) {
     units.open_until(plan.step_end(units.open_end()));
     // Units of other steps cost something else.
-    job.mean_cost_ms = 0;
+    job.mean_unit_cost_ms = 0;
     job.latest_costs.clear();
-    job.mean_duration = Time{0};
+    job.mean_lease_duration = Time{0};
   }
 }
 
@@ -64,10 +64,10 @@ void Steps::revoke_alone(FarmJob& job, const AcceptedResult& result) {
   FarmEvent& event = state_.record(FarmEvent::Kind::kRevoked, job.request.id);
   event.unit = result.units.first;
   event.value = result.sequence;
-  if (result.host < state_.hosts.size()) {
-    event.host = state_.hosts[result.host];
-    const auto standing = job.standings.find(identity_of(event.host));
-    if (standing != job.standings.end()) standing->second.forget(result.sequence);
+  if (result.host < state_.hosts_by_number.size()) {
+    event.host = state_.hosts_by_number[result.host];
+    const auto standing = job.standing_by_identity.find(identity_of(event.host));
+    if (standing != job.standing_by_identity.end()) standing->second.forget(result.sequence);
   }
   for (const std::uint32_t unit : result.units) job.units.put_back(unit);
   ++job.revision;

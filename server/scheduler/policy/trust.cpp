@@ -15,7 +15,7 @@ std::optional<std::string> Trust::why_distrusted(const std::string& host) const 
 
 bool Trust::is_of_one_identity() const {
   std::size_t trusted = 0;
-  for (const auto& [identity, workers] : state_.identities) {
+  for (const auto& [identity, workers] : state_.workers_by_identity) {
     if (!state_.distrusted.contains(identity) && ++trusted > 1) return false;
   }
   return true;

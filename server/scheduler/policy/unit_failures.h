@@ -11,8 +11,8 @@
 
 namespace tessera::server {
 
-inline constexpr std::uint32_t kMaxFailures = 3;      // on different hosts, or reported by any worker
-inline constexpr std::uint32_t kMaxLosses = 6;        // failures of any kind on any number of hosts
+inline constexpr std::uint32_t kMaxFailures = 3;  // failures on different hosts, or reported by any worker
+inline constexpr std::uint32_t kMaxLosses = 6;    // failures of any kind on any number of hosts
 inline constexpr std::uint32_t kLossesToIsolate = 2;  // from then on a unit is a worker's only one
 
 std::set<std::string> hosts_of(const std::vector<UnitFailure>& failures);

@@ -73,7 +73,7 @@ ClassHistory classes_of(const JobRecord& record) {
 absl::Status restore_job(Scheduler& scheduler, JobRequest request, const JobRecord& record) {
   const std::string id = request.id;
   const std::shared_ptr<const WorkPlan> plan = request.plan;
-  request.bound = record.isa;
+  request.bound_class = record.isa;
   absl::Status status = scheduler.add_job(std::move(request));
   const std::vector<std::uint64_t> revoked = revoked_results(record);
   for (std::size_t i = 0; i < record.results.size(); ++i) {

@@ -51,7 +51,7 @@ void restore_old_job(Scheduler& scheduler, const std::string& bound = "avx2") {
                             .isa = "",
                             .user = "",
                             .required_tags = {},
-                            .bound = bound})
+                            .bound_class = bound})
                   .ok());
   const AcceptedResult result{
       .fingerprint = 1, .sequence = 1, .host = scheduler.number_of_host("old"), .units = {}};

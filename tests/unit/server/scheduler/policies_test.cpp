@@ -27,12 +27,12 @@ class PoliciesTest : public testing::Test {
     auto job = std::make_unique<FarmJob>(state_.jobs_added++, std::move(request));
     job->units.open_until(job->units.count());
     state_.turns.add(job->number, 0, "", 0);
-    return *state_.jobs.emplace(job->number, std::move(job)).first->second;
+    return *state_.jobs_by_number.emplace(job->number, std::move(job)).first->second;
   }
 
   FarmWorker& add_worker(const std::string& id, const std::string& host, std::uint32_t threads = 1) {
-    state_.threads += threads;
-    state_.identities[host].insert(id);
+    state_.total_threads += threads;
+    state_.workers_by_identity[host].insert(id);
     WorkerInfo info;
     info.id = id;
     info.host = host;
@@ -73,8 +73,8 @@ TEST_F(PoliciesTest, RunsAreAsLongAsTheyMayTakeAndAsWhatFailedAllows) {
   FarmJob& job = add_job(64);
   const FarmWorker& worker = add_worker("1", "a");
   EXPECT_EQ(runs.run_from(worker, job, 0).count, 1u) << "nobody knows what a unit costs";
-  EXPECT_EQ(runs.charge_for(job, {.first = 0}), Runs::kUnknownCostMs);
-  job.mean_cost_ms = 10;
+  EXPECT_EQ(runs.charge_for(job, {.first = 0}), Runs::kUnknownUnitCostMs);
+  job.mean_unit_cost_ms = 10;
   // The first units of a tile are to be there soon: 100 ms.
   EXPECT_EQ(runs.run_from(worker, job, 0).count, 8u);
   EXPECT_EQ(runs.charge_for(job, runs.run_from(worker, job, 0)), 80);
@@ -93,7 +93,7 @@ TEST_F(PoliciesTest, UnitsWaitAgainWhenTheirLastLeaseIsOver) {
   FarmWorker& worker = add_worker("1", "a");
   const LeaseId id = lease(book, job, worker, 2);
   EXPECT_EQ(job.units.state(2), UnitState::kLeased);
-  EXPECT_EQ(worker.load_ms, Runs::kUnknownCostMs);
+  EXPECT_EQ(worker.load_ms, Runs::kUnknownUnitCostMs);
   EXPECT_EQ(job.only_leases.size(), 1u);
   v1::LeaseToken token;
   token.set_unit_index(2);
