@@ -76,15 +76,15 @@ struct Options {
 /// Null where nobody is to be told of the ends of jobs.
 absl::StatusOr<std::unique_ptr<tessera::server::Webhooks>> make_webhooks(const Options& options) {
   tessera::server::WebhookOptions webhooks = options.webhooks;
-  if (webhooks.url.empty() && webhooks.allowed.empty()) return nullptr;
-  std::vector<std::string> urls = webhooks.allowed;
+  if (webhooks.url.empty() && webhooks.allowed_urls.empty()) return nullptr;
+  std::vector<std::string> urls = webhooks.allowed_urls;
   if (!webhooks.url.empty()) urls.push_back(webhooks.url);
   for (const std::string& url : urls) {
     if (absl::Status status = tessera::server::check_url(url); !status.ok()) return status;
   }
   absl::StatusOr<std::string> key = tessera::server::read_webhook_key(options.webhook_key);
   if (!key.ok()) return key.status();
-  webhooks.key = *std::move(key);
+  webhooks.signing_key = *std::move(key);
   return std::make_unique<tessera::server::Webhooks>(std::move(webhooks));
 }
 
@@ -213,7 +213,7 @@ void define_options(tessera::options::Command command, Options& options) {
       .type_name("URL")
       .needs(key);
   command
-      .add("--webhook-allow", options.webhooks.allowed,
+      .add("--webhook-allow", options.webhooks.allowed_urls,
            "address that jobs may have as a webhook of their own, or with / at its end all below it; may be "
            "repeated")
       .type_name("URL")

@@ -150,7 +150,7 @@ bool Connections::close_oldest(const std::list<Records::iterator>& silent, Clock
 
 void Connections::close(Record& record) {
   unmark_silent(record);
-  record.is_closing = true;
+  record.is_closed_here = true;
   ++closed_;
   // The number may be another descriptor's by now: a copy of it is what is looked at, and what is shut down.
   const int copy = ::dup(record.descriptor);
@@ -199,7 +199,7 @@ void Connections::fell_silent(const Peer& peer, Clock::time_point now) {
   const std::lock_guard lock(mutex_);
   const auto [first, last] = by_peer_.equal_range(peer);
   for (auto it = first; it != last; ++it) {
-    if (it->second->is_silent || it->second->is_closing) continue;
+    if (it->second->is_silent || it->second->is_closed_here) continue;
     it->second->since = now;
     mark_silent(it->second);
   }
@@ -214,8 +214,8 @@ void Connections::sweep(Clock::time_point now) {
 
 void Connections::sweep_some(std::size_t count, Clock::time_point now) {
   for (; count > 0 && !records_.empty(); --count) {
-    if (next_ == records_.end()) next_ = records_.begin();
-    const auto record = next_++;
+    if (next_to_sweep_ == records_.end()) next_to_sweep_ = records_.begin();
+    const auto record = next_to_sweep_++;
     if (inode_of(record->descriptor) != record->inode) {
       forget(record);
     } else if (record->is_silent && now - record->since >= limits_.silence) {
@@ -246,7 +246,7 @@ void Connections::forget(Records::iterator record) {
     }
   }
   unmark_silent(*record);
-  if (next_ == record) ++next_;
+  if (next_to_sweep_ == record) ++next_to_sweep_;
   const auto owner = owners_.find(record->peer.owner());
   if (--owner->second.open == 0) owners_.erase(owner);
   const auto [first, last] = by_peer_.equal_range(record->peer);

@@ -37,9 +37,10 @@ struct Peer {
   friend bool operator==(const Peer& a, const Peer& b);
 };
 
+/// Upper bounds of connections that are open at the same time.
 struct ConnectionLimits {
-  std::size_t all = 1024;        // at once
-  std::size_t of_address = 768;  // at once
+  std::size_t all = 1024;
+  std::size_t of_address = 768;
   /// Connections on which no call has come yet: nobody knows who that is.
   std::size_t silent = 512;
   std::size_t silent_of_address = 256;
@@ -98,7 +99,7 @@ class Connections {
     Port port;
     Clock::time_point since;
     bool is_silent = true;
-    bool is_closing = false;  // by this side; gRPC has yet to notice
+    bool is_closed_here = false;  // gRPC has yet to notice
     std::list<Records::iterator>::iterator silent_place = {}, silent_of_owner = {};
   };
 
@@ -116,8 +117,8 @@ class Connections {
   const ConnectionLimits limits_;
   std::mutex mutex_;
   Records records_;
-  Records::iterator next_ = records_.end();  // to be looked at
-  std::list<Records::iterator> silent_;      // the oldest first
+  Records::iterator next_to_sweep_ = records_.end();
+  std::list<Records::iterator> silent_;  // the oldest first
   std::unordered_map<Peer, Owner, Hash> owners_;
   std::unordered_multimap<Peer, Records::iterator, Hash> by_peer_;
   std::atomic<std::size_t> open_ = 0, silent_count_ = 0;

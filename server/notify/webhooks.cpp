@@ -39,11 +39,12 @@ Webhooks::~Webhooks() {
   }
   wake_.notify_all();
   for (std::thread& thread : threads_) thread.join();
-  if (!waiting_.empty()) spdlog::warn("webhooks: {} messages were not delivered", waiting_.size());
+  if (!waiting_by_due_time_.empty())
+    spdlog::warn("webhooks: {} messages were not delivered", waiting_by_due_time_.size());
 }
 
 absl::Status Webhooks::check_webhook(const std::string& url) const {
-  return check_allowed(url, options_.allowed);
+  return check_allowed(url, options_.allowed_urls);
 }
 
 void Webhooks::ended(const v1::JobStatus& status, const std::string& webhook) {
@@ -54,13 +55,14 @@ void Webhooks::ended(const v1::JobStatus& status, const std::string& webhook) {
     const std::lock_guard lock(mutex_);
     for (const std::string& url : {options_.url, own ? webhook : std::string()}) {
       if (url.empty()) continue;
-      if (waiting_.size() >= kMostWaiting) {
-        spdlog::error("webhooks: {} messages wait already; the end of job {} is not told", waiting_.size(),
-                      status.job_id());
+      if (waiting_by_due_time_.size() >= kMostWaiting) {
+        spdlog::error("webhooks: {} messages wait already; the end of job {} is not told",
+                      waiting_by_due_time_.size(), status.job_id());
         continue;
       }
       const std::string id = absl::StrCat(status.job_id(), "-", status.finished_unix_ms(), "-", count_++);
-      waiting_.emplace(Clock::now(), Delivery{.job = status.job_id(), .url = url, .body = body, .id = id});
+      waiting_by_due_time_.emplace(Clock::now(),
+                                   Delivery{.job = status.job_id(), .url = url, .body = body, .id = id});
     }
   }
   wake_.notify_all();
@@ -69,16 +71,16 @@ void Webhooks::ended(const v1::JobStatus& status, const std::string& webhook) {
 void Webhooks::run() {
   std::unique_lock lock(mutex_);
   while (!stop_) {
-    if (waiting_.empty()) {
+    if (waiting_by_due_time_.empty()) {
       wake_.wait(lock);
       continue;
     }
-    const auto first = waiting_.begin();
+    const auto first = waiting_by_due_time_.begin();
     if (const Clock::time_point due = first->first; due > Clock::now()) {
       wake_.wait_until(lock, due);
       continue;
     }
-    Delivery delivery = std::move(waiting_.extract(first).mapped());
+    Delivery delivery = std::move(waiting_by_due_time_.extract(first).mapped());
     lock.unlock();
     std::string why;
     const Outcome outcome = post(delivery, why);
@@ -98,7 +100,7 @@ void Webhooks::put_off(Delivery delivery, const std::string& why) {
       std::min(options_.first_delay * (1 << std::min(delivery.attempts - 1, 20)), kLongestDelay);
   telemetry::log(spdlog::level::warn, {.job = delivery.job}, "webhook {}: {}; tried again in {} ms",
                  delivery.url, why, delay.count());
-  waiting_.emplace(Clock::now() + delay, std::move(delivery));
+  waiting_by_due_time_.emplace(Clock::now() + delay, std::move(delivery));
 }
 
 bool Webhooks::stopping() const {
@@ -116,7 +118,7 @@ Webhooks::Outcome Webhooks::post(const Delivery& delivery, std::string& why) con
       "Expect:",
       absl::StrCat("X-Tessera-Delivery: ", delivery.id),
       absl::StrCat("X-Tessera-Timestamp: ", now),
-      absl::StrCat("X-Tessera-Signature: ", signature_of(options_.key, now, delivery.body))};
+      absl::StrCat("X-Tessera-Signature: ", signature_of(options_.signing_key, now, delivery.body))};
   curl_slist* list = nullptr;
   for (const std::string& line : lines) list = curl_slist_append(list, line.c_str());
   const std::unique_ptr<curl_slist, decltype(&curl_slist_free_all)> headers(list, curl_slist_free_all);
@@ -127,7 +129,7 @@ Webhooks::Outcome Webhooks::post(const Delivery& delivery, std::string& why) con
   curl_easy_setopt(curl.get(), CURLOPT_PROXY, "");  // nor the environment's
   curl_easy_setopt(curl.get(), CURLOPT_NETRC, long{CURL_NETRC_IGNORED});
   curl_easy_setopt(curl.get(), CURLOPT_NOSIGNAL, 1L);
-  curl_easy_setopt(curl.get(), CURLOPT_TIMEOUT_MS, static_cast<long>(options_.timeout.count()));
+  curl_easy_setopt(curl.get(), CURLOPT_TIMEOUT_MS, static_cast<long>(options_.attempt_timeout.count()));
   curl_easy_setopt(curl.get(), CURLOPT_HTTPHEADER, headers.get());
   curl_easy_setopt(curl.get(), CURLOPT_POSTFIELDSIZE, static_cast<long>(delivery.body.size()));
   curl_easy_setopt(curl.get(), CURLOPT_POSTFIELDS, delivery.body.c_str());

@@ -15,12 +15,12 @@
 namespace tessera::server {
 
 struct WebhookOptions {
-  std::string url;                   // told of all jobs; empty: none
-  std::vector<std::string> allowed;  // for single jobs (check_allowed)
-  std::string key;                   // of signatures
+  std::string url;                        // told of all jobs; empty: none
+  std::vector<std::string> allowed_urls;  // those that single jobs may name (check_allowed)
+  std::string signing_key;
   int attempts = 10;
   std::chrono::milliseconds first_delay{1000};  // doubled after each attempt, to two minutes at most
-  std::chrono::milliseconds timeout{10'000};    // of one attempt
+  std::chrono::milliseconds attempt_timeout{10'000};
 };
 
 /// Posts messages (webhook_message.h) from threads of its own. What cannot be delivered for now is tried
@@ -52,7 +52,7 @@ class Webhooks final : public EndListener {
   const WebhookOptions options_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::multimap<Clock::time_point, Delivery> waiting_;  // by when they are due
+  std::multimap<Clock::time_point, Delivery> waiting_by_due_time_;
   std::uint64_t count_ = 0;
   bool stop_ = false;
   std::vector<std::thread> threads_;
