@@ -55,7 +55,7 @@ struct UnitDone {
   std::string digest;   // SHA-256 of the decoded result, hexadecimal
   std::string payload;  // proto/wire/tile_result.h
   std::string stats;    // serialized UnitStats
-  std::string host;     // that rendered it
+  std::string host;     // the host that rendered it
   // Where these are set, the payload is a copy of that job's result.
   std::string from_job = "";
   std::uint64_t from_sequence = 0;
@@ -106,9 +106,9 @@ struct JobRecord {
     std::string digest;
     std::string stats;
     std::string host;
-    std::uint64_t bytes = 0;  // of its payload
+    std::uint64_t bytes = 0;  // size of its payload
   };
-  std::vector<Result> results;  // by sequence number - 1; not of jobs that are over, whose `stats` cover all
+  std::vector<Result> results;  // index: sequence number - 1; empty once the job is over: `stats` covers all
   std::uint64_t result_count = 0;
   JobStats stats;
   std::vector<SchedulerEvent> events;

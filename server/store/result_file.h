@@ -68,7 +68,7 @@ class ResultFile {
   std::uint64_t count_;
   std::uint64_t before_ = 0;         // results that come before those remembered,
   std::uint64_t begin_ = 0;          // and where they end
-  std::vector<std::uint64_t> ends_;  // of those remembered
+  std::vector<std::uint64_t> ends_;  // ends of the remembered results
   std::uint64_t kept_;               // where the last result ends
   std::uint64_t appended_;
 };

@@ -31,8 +31,8 @@ absl::Status JoinTokens::read() {
   for (std::string line; std::getline(in, line);) {
     std::istringstream words{line};
     Token token;
-    if (!(words >> token.digest >> token.expires_unix_s >> token.uses_left) ||
-        !wire::is_digest(token.digest)) {
+    if (!(words >> token.secret_digest >> token.expires_unix_s >> token.uses_left) ||
+        !wire::is_digest(token.secret_digest)) {
       return absl::DataLossError(
           absl::StrCat(file_.string(), ": \"", line, "\" is no join token; remove the file"));
     }
@@ -46,7 +46,7 @@ absl::Status JoinTokens::write(const std::vector<Token>& tokens) const {
   if (file_.empty()) return absl::OkStatus();
   std::string text;
   for (const Token& token : tokens) {
-    absl::StrAppend(&text, token.digest, " ", token.expires_unix_s, " ", token.uses_left);
+    absl::StrAppend(&text, token.secret_digest, " ", token.expires_unix_s, " ", token.uses_left);
     for (const std::string& member : token.members)
       absl::StrAppend(&text, " ", absl::BytesToHexString(member));
     text += '\n';
@@ -91,11 +91,12 @@ absl::StatusOr<std::size_t> JoinTokens::call_back(const std::string& member) {
 bool JoinTokens::may_try(const std::string& address, Time now) {
   // Also when the clock was set back.
   if (now - minute_ >= std::chrono::minutes{1} || now < minute_) {
-    failures_.clear();
+    failures_by_address_.clear();
     minute_ = now;
   }
-  const auto found = failures_.find(address);
-  return found == failures_.end() ? failures_.size() < kMostAddresses : found->second < kFailuresAMinute;
+  const auto found = failures_by_address_.find(address);
+  return found == failures_by_address_.end() ? failures_by_address_.size() < kMostAddresses
+                                             : found->second < kFailuresAMinute;
 }
 
 absl::Status JoinTokens::redeem(const std::string& secret, const std::string& member,
@@ -110,10 +111,10 @@ absl::Status JoinTokens::redeem(const std::string& secret, const std::string& me
   std::vector<Token> tokens = tokens_;
   Token* known = nullptr;
   for (Token& token : tokens) {
-    if (CRYPTO_memcmp(token.digest.data(), digest.data(), digest.size()) == 0) known = &token;
+    if (CRYPTO_memcmp(token.secret_digest.data(), digest.data(), digest.size()) == 0) known = &token;
   }
   if (known == nullptr || known->expires_unix_s <= unix_seconds(now)) {
-    ++failures_[address];
+    ++failures_by_address_[address];
     return absl::PermissionDeniedError(known == nullptr ? "the join token is not known, or used up"
                                                         : "the join token is expired");
   }

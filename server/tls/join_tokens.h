@@ -22,8 +22,8 @@ class JoinTokens {
   static constexpr std::uint32_t kMostUses = 10'000;
   static constexpr std::size_t kMostTokens = 1'000;      // at a time
   static constexpr std::uint32_t kFailuresAMinute = 10;  // from one address
-  static constexpr std::size_t kMostAddresses =
-      1'000;  // that failures are counted of; beyond, new ones have to wait
+  /// Addresses whose failures are counted at a time; beyond them, new ones have to wait.
+  static constexpr std::size_t kMostAddresses = 1'000;
 
   /// An empty path: in memory. Unavailable, or DataLoss, for a file that cannot be read.
   static absl::StatusOr<JoinTokens> open(std::filesystem::path file);
@@ -46,7 +46,7 @@ class JoinTokens {
 
  private:
   struct Token {
-    std::string digest;  // of the secret
+    std::string secret_digest;
     std::int64_t expires_unix_s = 0;
     std::uint32_t uses_left = 0;
     std::vector<std::string> members = {};  // who joined with it
@@ -60,7 +60,7 @@ class JoinTokens {
   const std::filesystem::path file_;
   std::mutex mutex_;
   std::vector<Token> tokens_;
-  std::map<std::string, std::uint32_t> failures_;  // by address, within the minute that began at minute_
+  std::map<std::string, std::uint32_t> failures_by_address_;  // within the minute that began at minute_
   Time minute_{};
 };
 

@@ -21,12 +21,12 @@ absl::Status CommitLogs::append(CommitStamp stamp, const std::vector<JournalEntr
   for (std::size_t i = 0; i < entries.size() && status.ok(); ++i) {
     const std::string& job = log_of(entries[i]);
     EntryLog& log = this->log(job);
-    touched_[job] = &log;
+    touched_logs_[job] = &log;
     status = log.open();
     stamp.index = static_cast<std::uint32_t>(i);
     if (status.ok()) log.append(stamp, entries[i], payloads[i]);
   }
-  for (const auto& [job, log] : touched_) {
+  for (const auto& [job, log] : touched_logs_) {
     if (status.ok()) status = log->flush();
   }
   return status;
@@ -34,22 +34,22 @@ absl::Status CommitLogs::append(CommitStamp stamp, const std::vector<JournalEntr
 
 std::vector<DiskFile*> CommitLogs::files_to_sync() const {
   std::vector<DiskFile*> files;
-  for (const auto& [job, log] : touched_) files.push_back(log->file_to_sync());
+  for (const auto& [job, log] : touched_logs_) files.push_back(log->file_to_sync());
   return files;
 }
 
 void CommitLogs::write_reach(JournalTables& tables) const {
-  for (const auto& [job, log] : touched_) tables.write_log(job, log->appended_bytes());
+  for (const auto& [job, log] : touched_logs_) tables.write_log(job, log->appended_bytes());
 }
 
 void CommitLogs::keep() {
-  for (const auto& [job, log] : touched_) log->keep();
-  touched_.clear();
+  for (const auto& [job, log] : touched_logs_) log->keep();
+  touched_logs_.clear();
 }
 
 void CommitLogs::drop() {
-  for (const auto& [job, log] : touched_) log->drop();
-  touched_.clear();
+  for (const auto& [job, log] : touched_logs_) log->drop();
+  touched_logs_.clear();
 }
 
 void CommitLogs::remove(const std::string& job) {

@@ -43,7 +43,7 @@ class CommitLogs {
   const std::filesystem::path data_dir_;
   JournalRows rows_;
   absl::flat_hash_map<std::string, std::unique_ptr<EntryLog>> logs_;
-  absl::flat_hash_map<std::string, EntryLog*> touched_;  // by the commit under way
+  absl::flat_hash_map<std::string, EntryLog*> touched_logs_;  // logs with entries of the commit under way
 };
 
 }  // namespace tessera::server

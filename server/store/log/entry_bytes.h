@@ -13,7 +13,7 @@ namespace tessera::server {
 
 /// The payload of a result, which is not logged.
 struct PayloadPlace {
-  std::uint64_t end = 0;    // within the job's result file
+  std::uint64_t end = 0;    // offset in the job's result file
   std::uint64_t bytes = 0;  // 0: not known
   std::uint64_t sum = 0;    // checksum(payload, 0)
 };

@@ -22,11 +22,11 @@ namespace tessera::server {
 
 /// The commit that a frame belongs to.
 struct CommitStamp {
-  std::uint64_t commit = 0;  // from 1 on, over all starts of the coordinator
+  std::uint64_t commit = 0;  // number of the commit, from 1 on, over all starts of the coordinator
   std::uint32_t epoch = 0;   // the start that it was made in
-  std::uint32_t entries =
-      0;  // that it had; 0: written anew from the tables, which had each entry of that commit
-  std::uint32_t index = 0;  // of this entry among them
+  /// Number of entries in the commit; 0: written anew from the tables, which had each of them.
+  std::uint32_t entries = 0;
+  std::uint32_t index = 0;  // place of this entry among them
 };
 
 /// For one writer.

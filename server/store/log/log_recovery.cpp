@@ -127,8 +127,8 @@ absl::Status LogRecovery::read_tail(Tail& tail) {
           tail.submitted_unix_ms = added->submitted_unix_ms;
         }
         if (frame.stamp.commit != tail.last.commit) {
-          tail.before_last = std::exchange(tail.last, frame.stamp).commit;
-          tail.last_begin = frame.begin;
+          tail.previous_commit = std::exchange(tail.last, frame.stamp).commit;
+          tail.last_frames_begin = frame.begin;
           tail.last_entries.clear();
         }
         tail.last_entries.push_back(std::move(frame.logged));
@@ -172,8 +172,8 @@ void LogRecovery::drop_unfinished() {
   if (last > report_.counts.commit && !acknowledged && !is_complete(last)) {
     for (Tail& tail : tails_) {
       if (tail.last.commit == last) {
-        tail.end = tail.last_begin;
-        tail.last.commit = tail.before_last;
+        tail.end = tail.last_frames_begin;
+        tail.last.commit = tail.previous_commit;
       }
       before = std::max(before, tail.last.commit);
     }

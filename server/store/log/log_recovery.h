@@ -44,9 +44,10 @@ class LogRecovery {
   struct Tail {
     std::string job;
     std::uint64_t from = 0, end = 0, size = 0;
-    std::int64_t submitted_unix_ms = 0;  // of a job that the tables do not have
+    std::int64_t submitted_unix_ms = 0;  // set where the tables do not have the job
     CommitStamp first, last;
-    std::uint64_t last_begin = 0, before_last = 0;  // of the last commit's frames; the commit before it
+    std::uint64_t last_frames_begin = 0;  // where the frames of `last` begin
+    std::uint64_t previous_commit = 0;    // the one before `last`
     std::vector<LoggedEntry> last_entries;
   };
 
@@ -73,7 +74,7 @@ class LogRecovery {
   const std::optional<ManifestCounts> expected_;
 
   Report report_;
-  std::vector<std::string> names_;  // within results/
+  std::vector<std::string> names_;  // names of the files in results/
   std::vector<Tail> tails_;
   std::vector<std::string> damaged_;     // logs with something behind their last sound frame
   std::vector<std::string> incomplete_;  // logs that are to be written anew

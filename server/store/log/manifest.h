@@ -17,8 +17,8 @@ namespace tessera::server {
 struct ManifestCounts {
   std::uint64_t epoch = 0;
   std::uint64_t commit = 0;      // the last
-  std::uint64_t jobs = 0;        // that there are
-  std::uint64_t results = 0;     // of them
+  std::uint64_t jobs = 0;        // number of jobs
+  std::uint64_t results = 0;     // number of their results
   std::uint64_t checkpoint = 0;  // the last commit when SQLite's log was last copied into its database
   std::uint64_t damaged = 0;  // 1: a page of the database could not be read, so that it has to be made anew
 };
