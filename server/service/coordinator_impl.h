@@ -50,7 +50,7 @@ struct Coordinator::Impl {
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;
   std::shared_ptr<Accounts> accounts;
-  std::optional<Connections> connections;  // where it listens
+  std::optional<Connections> connections;  // set where it listens
   std::optional<OpenStreams> streams;
   std::unique_ptr<Farm> farm;
   std::shared_ptr<Expelled> expelled;

@@ -14,10 +14,10 @@ namespace tessera::server {
 
 /// Amounts of memory, and of what takes memory.
 struct Holding {
-  std::uint64_t registrations = 0;  // of workers
-  std::uint64_t calls = 0;          // that wait for work, or for the disk
+  std::uint64_t registrations = 0;  // registered workers
+  std::uint64_t calls = 0;          // calls that wait for work, or for the disk
   std::uint64_t streams = 0;        // uploads, downloads and watches, each with a message of a MiB or so
-  std::uint64_t bytes = 0;          // of registrations, and of calls that wait
+  std::uint64_t bytes = 0;          // bytes of registrations, and of calls that wait
 };
 
 /// Whose account a caller's is: the name in its certificate, which the farm's authority vouches for, or,

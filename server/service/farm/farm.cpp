@@ -155,7 +155,7 @@ void Farm::note_event(const FarmEvent& event, std::vector<Shown>& shown) {
       return;
     case FarmEvent::Kind::kBound:
       ++entry->bounds_under_way;
-      shown.push_back({.job = event.job, .bound = true});
+      shown.push_back({.job = event.job, .bound_to_class = true});
       return;
     case FarmEvent::Kind::kReopened:
       entry->durable_end = false;
@@ -206,7 +206,7 @@ void Farm::show(const std::vector<Shown>& shown) {
       JobEntry* const entry = jobs_.find(news.job);
       if (entry == nullptr) continue;
       note_durable(*entry, news.results);
-      entry->bounds_under_way -= news.bound;
+      entry->bounds_under_way -= news.bound_to_class;
       if (!news.end || news.times_reopened != entry->times_reopened) continue;
       entry->durable_end = true;
       if (options_.listener != nullptr)

@@ -43,12 +43,12 @@ struct FarmOptions {
   std::chrono::milliseconds lease_timeout;
   std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
   Retention retention;
-  std::uint64_t max_open_units = std::uint64_t{1} << 27;  // of all jobs that are kept in memory
+  std::uint64_t max_open_units = std::uint64_t{1} << 27;  // units of all jobs in memory together
   Quotas quotas = {};
   std::chrono::milliseconds longest_run{10'000};  // SchedulerOptions::longest_run
   JobOrder order = JobOrder::kFirstCome;
   bool share_results = false;             // jobs take over those of other users' jobs too
-  std::shared_ptr<const LeaseSeal> seal;  // of this data directory
+  std::shared_ptr<const LeaseSeal> seal;  // seal of this data directory
   std::filesystem::path lived_time = {};  // the file of LivedTime; empty: none
   // Defaults of jobs that do not say: JobSpec.bits and JobSpec.isa.
   v1::Bits bits = v1::BITS_SAME;
@@ -145,7 +145,7 @@ class Farm {
   /// address. Empty where these are not known; whoever has no fingerprint is taken at their word.
   struct Origin {
     std::string certificate, peer, fingerprint;
-    std::shared_ptr<const Accounts::Hold> account;  // of what is registered, until it leaves
+    std::shared_ptr<const Accounts::Hold> account;  // holds what the worker takes, until it leaves
   };
   absl::StatusOr<v1::RegisterResponse> register_worker(const v1::RegisterRequest& request,
                                                        const Origin& origin = {});
@@ -188,7 +188,7 @@ class Farm {
     std::uint64_t results = 0;  // up to this sequence number; 0: as before
     bool end = false;
     std::uint32_t times_reopened = 0;  // an end counts only when the job was not opened again since
-    bool bound = false;                // to an arithmetic class
+    bool bound_to_class = false;
   };
   /// The changes are durable. Without mutex_.
   void show(const std::vector<Shown>& shown);
@@ -279,7 +279,7 @@ class Farm {
     std::shared_ptr<const Accounts::Hold> account;
     std::uint64_t failures = 0, resident_bytes = 0;  // for people
   };
-  absl::flat_hash_map<std::string, Registration> registrations_;  // by worker
+  absl::flat_hash_map<std::string, Registration> registrations_by_worker_;
   JobKeeper keeper_;
 
   FarmMetrics metrics_;

@@ -64,7 +64,7 @@ absl::StatusOr<v1::GetJobResponse> Farm::get_job(const std::string& id) {
   for (const HostShare& slow : (*entry)->hosts.slow()) {
     v1::SlowHost& host = *response.add_slow_hosts();
     host.set_host(short_name(slow.host));
-    host.set_units(slow.units);
+    host.set_units(slow.timed_units);
     host.set_slowness(slow.slowness);
   }
   add_workers(scheduler_, id, response);
@@ -247,7 +247,8 @@ v1::ListWorkersResponse Farm::list_workers() {
     worker.set_quarantine(view.quarantine);
     worker.set_slowness(view.slowness);
     worker.set_certificate(view.info.certificate);
-    if (const auto known = registrations_.find(view.info.id); known != registrations_.end()) {
+    if (const auto known = registrations_by_worker_.find(view.info.id);
+        known != registrations_by_worker_.end()) {
       worker.set_failures(known->second.failures);
       worker.set_resident_bytes(known->second.resident_bytes);
     }

@@ -113,7 +113,8 @@ void Farm::refuse_blob(const v1::CompleteRequest& request, const absl::Status& w
   metrics_.refused();
   metrics_.failed();
   std::unique_lock lock(mutex_);
-  if (const auto known = registrations_.find(request.worker_id()); known != registrations_.end())
+  if (const auto known = registrations_by_worker_.find(request.worker_id());
+      known != registrations_by_worker_.end())
     ++known->second.failures;
   log_lease(spdlog::level::err, scheduler_.name_of(request.worker_id()), request.token(), why.message());
   static_cast<void>(scheduler_.fail(request.worker_id(), request.token(),
@@ -272,7 +273,8 @@ void Farm::fail(const v1::FailRequest& request, const Origin& origin, DoneEmpty 
   const absl::Status failed = scheduler_.fail(request.worker_id(), token, report, now());
   if (!failed.ok()) return done(failed);
   metrics_.failed();
-  if (const auto known = registrations_.find(request.worker_id()); known != registrations_.end())
+  if (const auto known = registrations_by_worker_.find(request.worker_id());
+      known != registrations_by_worker_.end())
     ++known->second.failures;
   log_lease(spdlog::level::warn, scheduler_.name_of(request.worker_id()), token,
             absl::StrCat("failed: ", report.message));

@@ -108,7 +108,7 @@ absl::StatusOr<v1::RegisterResponse> Farm::register_worker(const v1::RegisterReq
        .classes = {request.arithmetic_classes().begin(), request.arithmetic_classes().end()}},
       now());
   if (!status.ok()) return status;
-  registrations_[response.worker_id()] = {.account = origin.account};
+  registrations_by_worker_[response.worker_id()] = {.account = origin.account};
   telemetry::log(
       spdlog::level::info,
       {.worker = request.name(), .host = scheduler_.host_of(response.worker_id()), .peer = origin.peer},
@@ -246,8 +246,8 @@ absl::StatusOr<v1::HeartbeatResponse> Farm::beat(const std::string& worker,
     return absl::ResourceExhaustedError(
         absl::StrCat("more than ", kMaxLeasesPerHeartbeat, " leases in one call"));
   }
-  if (const auto known = registrations_.find(worker);
-      known != registrations_.end() && request.resident_bytes() > 0)
+  if (const auto known = registrations_by_worker_.find(worker);
+      known != registrations_by_worker_.end() && request.resident_bytes() > 0)
     known->second.resident_bytes = request.resident_bytes();
   v1::HeartbeatResponse response;
   std::vector<v1::LeaseToken> granted;
@@ -272,7 +272,7 @@ absl::Status Farm::deregister(const std::string& worker, const Origin& origin) {
     if (absl::Status status = check_worker(worker, origin); !status.ok()) return status;
     name = scheduler_.name_of(worker);
     if (absl::Status status = scheduler_.deregister_worker(worker); !status.ok()) return status;
-    registrations_.erase(worker);
+    registrations_by_worker_.erase(worker);
   }
   telemetry::log(spdlog::level::info, {.worker = name}, "worker {} ({}) left", name, worker);
   dispatcher_.notify_work();
@@ -307,7 +307,7 @@ std::uint32_t Farm::expel(const std::string& certificate) {
     for (const WorkerView& worker : scheduler_.workers()) {
       const WorkerInfo& info = worker.info;
       if (info.certificate != certificate || !scheduler_.deregister_worker(info.id).ok()) continue;
-      registrations_.erase(info.id);
+      registrations_by_worker_.erase(info.id);
       ++expelled;
       telemetry::log(spdlog::level::warn,
                      {.worker = info.name, .host = info.host, .user = certificate, .peer = info.peer},
@@ -324,7 +324,7 @@ void Farm::tick() {
   const std::lock_guard lock(mutex_);
   const Expiry expiry = scheduler_.advance(now());
   for (const WorkerInfo& worker : expiry.lost_workers) {
-    registrations_.erase(worker.id);
+    registrations_by_worker_.erase(worker.id);
     telemetry::log(spdlog::level::warn, {.worker = worker.name, .host = worker.host},
                    "worker {} ({}) was lost", worker.name, worker.id);
   }

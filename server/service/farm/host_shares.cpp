@@ -104,7 +104,7 @@ std::vector<HostShare> HostShares::slow() const {
   for (const auto& [host, share] : hosts_) {
     const double slowness = slowness_of(share.pace, usual_now);
     if (share.timed_units > 0 && slowness >= kSlow) {
-      found.push_back({.host = host, .units = share.timed_units, .slowness = slowness});
+      found.push_back({.host = host, .timed_units = share.timed_units, .slowness = slowness});
     }
   }
   std::sort(found.begin(), found.end(),

@@ -16,8 +16,8 @@ namespace tessera::server {
 /// How one host fares with the units of one job.
 struct HostShare {
   std::string host;
-  std::uint32_t units = 0;  // that were timed
-  double slowness = 1;      // their time, as a multiple of the usual host's
+  std::uint32_t timed_units = 0;
+  double slowness = 1;  // their time, as a multiple of the usual host's
 };
 
 class HostShares {

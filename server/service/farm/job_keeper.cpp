@@ -102,14 +102,14 @@ void JobKeeper::collect_blobs(const JobTable& jobs) {
 }
 
 void JobKeeper::drop_unused(std::vector<std::string> blobs, std::chrono::seconds unused) {
-  unused_blobs_.insert(unused_blobs_.end(), std::make_move_iterator(blobs.begin()),
-                       std::make_move_iterator(blobs.end()));
+  blobs_to_drop_.insert(blobs_to_drop_.end(), std::make_move_iterator(blobs.begin()),
+                        std::make_move_iterator(blobs.end()));
   unused_for_ = unused;
 }
 
 void JobKeeper::drop_blobs() {
-  if (unused_blobs_.empty() || collecting_.exchange(true)) return;
-  collector_ = std::jthread([this, blobs = std::exchange(unused_blobs_, {}), unused = unused_for_] {
+  if (blobs_to_drop_.empty() || collecting_.exchange(true)) return;
+  collector_ = std::jthread([this, blobs = std::exchange(blobs_to_drop_, {}), unused = unused_for_] {
     std::size_t dropped = 0;
     for (const std::string& digest : blobs) dropped += blobs_.drop_unused(digest, unused) ? 1 : 0;
     if (dropped > 0) spdlog::info("{} blobs of workers are deleted: no result named them", dropped);

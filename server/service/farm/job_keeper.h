@@ -23,7 +23,7 @@ struct Retention {
   std::chrono::seconds unfetched;  // when none has, or something is missing
   /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
   std::uint64_t max_bytes;
-  std::chrono::seconds blobs;          // that no job refers to, after their last use
+  std::chrono::seconds blobs;          // for blobs that no job refers to, after their last use
   std::chrono::milliseconds interval;  // between lookings after all this
 };
 
@@ -67,7 +67,7 @@ class JobKeeper {
   LivedTime lived_;
   Time next_look_{}, next_collection_, next_saving_{};
   Time no_collection_before_{};
-  std::vector<std::string> unused_blobs_;  // to be dropped
+  std::vector<std::string> blobs_to_drop_;
   std::chrono::seconds unused_for_{0};
   std::atomic<bool> collecting_ = false, saving_ = false;
   std::jthread collector_, saver_;

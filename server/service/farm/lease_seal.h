@@ -17,7 +17,7 @@ namespace tessera::server {
 class LeaseSeal {
  public:
   static constexpr std::size_t kKeyBytes = 32;
-  static constexpr std::size_t kSealBytes = 16;  // of the 32 that HMAC gives
+  static constexpr std::size_t kSealBytes = 16;  // the first of the 32 that HMAC gives
 
   /// The key in `file`, made when there is none; an empty path: a new one, in memory. Unavailable for a file
   /// that cannot be read or written, DataLoss for one that holds no key.

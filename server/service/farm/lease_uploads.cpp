@@ -17,27 +17,28 @@ absl::Status LeaseUploads::begin(const v1::LeaseToken& lease, const v1::BlobRef&
                                  const std::string& identity, TimePoint now) {
   const std::string name = name_of(lease);
   const std::string& digest = blob.digest();
-  if (const auto other = digests_.find(name); other != digests_.end() && other->second != digest) {
+  if (const auto other = digest_by_lease_.find(name);
+      other != digest_by_lease_.end() && other->second != digest) {
     return absl::InvalidArgumentError(absl::StrCat("the lease of unit ", lease.unit_index(), " of job ",
                                                    lease.job_id(), " calls for one blob, and has brought ",
                                                    other->second, " already"));
   }
-  if (blob.size_bytes() > kMostBytes) {
+  if (blob.size_bytes() > kMostBlobBytes) {
     return absl::InvalidArgumentError(absl::StrCat("the blob of unit ", lease.unit_index(), " of job ",
                                                    lease.job_id(), " has ", blob.size_bytes(),
-                                                   " bytes; at most ", kMostBytes, " are taken"));
+                                                   " bytes; at most ", kMostBlobBytes, " are taken"));
   }
   const auto known = uploads_.find(digest);
   const bool own = known != uploads_.end() && known->second.identity == identity;
   const std::uint64_t bytes = held_by(identity) - (own ? known->second.size : 0) + blob.size_bytes();
-  if (bytes > kMostBytesOfOne) {
+  if (bytes > kMostIdentityBytes) {
     return absl::ResourceExhaustedError(absl::StrCat("this worker's identity would have ", bytes,
                                                      " bytes of blobs that no result names; at most ",
-                                                     kMostBytesOfOne, " are taken"));
+                                                     kMostIdentityBytes, " are taken"));
   }
   if (known != uploads_.end()) forget(known);
-  held_[identity] += blob.size_bytes();
-  digests_[name] = digest;
+  held_bytes_by_identity_[identity] += blob.size_bytes();
+  digest_by_lease_[name] = digest;
   uploads_[digest] = {.lease = name, .identity = identity, .size = blob.size_bytes(), .begun = now};
   return absl::OkStatus();
 }
@@ -56,14 +57,15 @@ std::vector<std::string> LeaseUploads::take_old(TimePoint now) {
 }
 
 std::uint64_t LeaseUploads::held_by(const std::string& identity) const {
-  const auto found = held_.find(identity);
-  return found == held_.end() ? 0 : found->second;
+  const auto found = held_bytes_by_identity_.find(identity);
+  return found == held_bytes_by_identity_.end() ? 0 : found->second;
 }
 
 void LeaseUploads::forget(Uploads::iterator upload) {
-  const auto held = held_.find(upload->second.identity);
-  if (held != held_.end() && (held->second -= upload->second.size) == 0) held_.erase(held);
-  digests_.erase(upload->second.lease);
+  const auto held = held_bytes_by_identity_.find(upload->second.identity);
+  if (held != held_bytes_by_identity_.end() && (held->second -= upload->second.size) == 0)
+    held_bytes_by_identity_.erase(held);
+  digest_by_lease_.erase(upload->second.lease);
   uploads_.erase(upload);
 }
 

@@ -18,8 +18,8 @@ class LeaseUploads {
  public:
   using TimePoint = std::chrono::steady_clock::time_point;
 
-  static constexpr std::uint64_t kMostBytes = std::uint64_t{8} << 30;        // of one blob
-  static constexpr std::uint64_t kMostBytesOfOne = std::uint64_t{32} << 30;  // of one identity
+  static constexpr std::uint64_t kMostBlobBytes = std::uint64_t{8} << 30;
+  static constexpr std::uint64_t kMostIdentityBytes = std::uint64_t{32} << 30;
   /// A blob that no result names for so long is to be deleted; a worker that still waits uploads it again.
   static constexpr std::chrono::minutes kKept{10};
 
@@ -40,12 +40,12 @@ class LeaseUploads {
     std::uint64_t size = 0;
     TimePoint begun{};
   };
-  using Uploads = absl::flat_hash_map<std::string, Upload>;  // by digest
+  using Uploads = absl::flat_hash_map<std::string, Upload>;  // key: digest
   void forget(Uploads::iterator upload);
 
   Uploads uploads_;
-  absl::flat_hash_map<std::string, std::string> digests_;  // by lease
-  absl::flat_hash_map<std::string, std::uint64_t> held_;   // by identity
+  absl::flat_hash_map<std::string, std::string> digest_by_lease_;
+  absl::flat_hash_map<std::string, std::uint64_t> held_bytes_by_identity_;
 };
 
 }  // namespace tessera::server

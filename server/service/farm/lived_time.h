@@ -43,7 +43,7 @@ class LivedTime {
 
   const std::filesystem::path file_;
   Time lived_{0};
-  std::optional<Time> steady_, wall_;  // of the last advance()
+  std::optional<Time> steady_, wall_;  // times of the last advance()
   absl::flat_hash_map<std::string, Time> ends_;
 };
 

@@ -30,8 +30,8 @@ absl::Status read_gigabytes(const std::string& text, PerUser<std::uint64_t>& quo
 /// A user's share of the farm, with what is asked for.
 struct UserShare {
   std::uint64_t open_jobs = 0;
-  std::uint64_t units = 0;       // of jobs whose units are in memory
-  std::uint64_t blob_bytes = 0;  // of the blobs that the user's jobs name, and of uploads that no job named
+  std::uint64_t units = 0;       // units of jobs whose units are in memory
+  std::uint64_t blob_bytes = 0;  // the blobs that the user's jobs name, and uploads that no job named
 };
 
 /// They hold for callers with the certificate of a client (Caller::has_quotas).

@@ -38,7 +38,7 @@ class UnclaimedUploads {
     std::uint64_t sent = 0, size = 0;
     std::string holder = {};
   };
-  using Uploads = absl::flat_hash_map<std::string, Upload>;  // by digest
+  using Uploads = absl::flat_hash_map<std::string, Upload>;  // key: digest
 
   Upload take(const std::string& digest);
   void put(const std::string& digest, Upload upload, TimePoint now);

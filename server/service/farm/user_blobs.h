@@ -34,14 +34,15 @@ class UserBlobs {
   using UserNumber = std::uint32_t;
   struct Blob {
     std::uint64_t size = 0;
-    absl::InlinedVector<std::pair<UserNumber, std::uint32_t>, 1> uses;  // by user: how often its jobs name it
+    absl::InlinedVector<std::pair<UserNumber, std::uint32_t>, 1>
+        uses_by_user;  // how often the user's jobs name it
   };
   static Key key_of(const std::string& digest);
   static bool is_used_by(const Blob& blob, std::optional<UserNumber> user);
 
   absl::flat_hash_map<Key, Blob> blobs_;
   absl::flat_hash_map<std::string, UserNumber> users_;
-  std::vector<std::uint64_t> bytes_;  // by user
+  std::vector<std::uint64_t> bytes_by_user_;
 };
 
 }  // namespace tessera::server

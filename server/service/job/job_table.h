@@ -52,15 +52,15 @@ struct JobEntry {
   /// more. Empty when `past` is set: the journal knows.
   std::vector<CoveredUnits> units_by_sequence;
   static constexpr std::uint32_t kRevoked = ~std::uint32_t{0};
-  std::vector<std::uint64_t>
-      past_revoked;  // where `past` is set: numbers of results that do not count, ascending
+  /// Where `past` is set: numbers of results that do not count, ascending.
+  std::vector<std::uint64_t> past_revoked;
   /// Blobs of the phases' units, while the scheduler knows the job; then the phases' own alone.
   PhaseBlobs phase_blobs = {};
   std::uint64_t result_bytes = 0;
   bool fetched = false;  // a client has all results
   /// Results that are on disk; clients see only those.
   std::uint64_t durable_results = 0;
-  std::uint64_t durable_units = 0;     // that these cover
+  std::uint64_t durable_units = 0;     // units that these cover
   std::uint32_t bounds_under_way = 0;  // choices of an arithmetic class that are not on disk yet
   /// The job is over, and that is on disk.
   bool durable_end = false;
@@ -68,7 +68,7 @@ struct JobEntry {
 
   // For people who wait; since the coordinator started.
   static constexpr std::size_t kLatestFailures = 16, kNotedFailures = 64;
-  std::uint64_t units = 0;  // that results brought
+  std::uint64_t units = 0;  // units that results brought
   CompletionRate rate = {};
   std::uint64_t failures = 0;
   /// A failure with the worker's log.

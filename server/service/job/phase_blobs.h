@@ -21,7 +21,7 @@ class PhaseBlobs {
   struct Made {
     std::uint32_t unit = 0;
     std::string digest;
-    std::uint64_t sequence = 0;  // of the result that names it
+    std::uint64_t sequence = 0;  // number of the result that names it
   };
 
   /// `digest` satisfies wire::is_digest. Later results of a unit replace earlier ones.

@@ -32,7 +32,7 @@ class BlobUpload {
   absl::Status finish();
 
   const std::string& digest() const { return digest_; }
-  std::uint64_t received_bytes() const { return received_; }
+  std::uint64_t received_bytes() const { return received_bytes_; }
 
  private:
   absl::Status begin(const v1::UploadRequest& chunk);
@@ -43,9 +43,9 @@ class BlobUpload {
   absl::Status verdict_;
   bool whole_ = false;
   std::string digest_;
-  std::uint64_t size_ = 0;      // of the whole blob
-  std::uint64_t stored_ = 0;    // of it
-  std::uint64_t received_ = 0;  // by this stream
+  std::uint64_t blob_size_ = 0;
+  std::uint64_t stored_bytes_ = 0;
+  std::uint64_t received_bytes_ = 0;  // those of this stream
 };
 
 }  // namespace tessera::server

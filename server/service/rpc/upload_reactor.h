@@ -23,7 +23,7 @@ struct Uploads {
   /// Whether a caller may upload what the first chunk names.
   using Admit = std::function<absl::Status(const grpc::CallbackServerContext&, const v1::UploadRequest&)>;
   Admit admit;
-  telemetry::LineLimit refusals = {};  // of lines about uploads that there was no room for
+  telemetry::LineLimit refusals = {};  // lines about uploads that there was no room for
 };
 
 /// Deletes itself when the call is over. What came before a break stays stored.

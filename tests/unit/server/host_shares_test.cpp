@@ -47,7 +47,7 @@ TEST(HostShares, NameHostsThatTakeTwiceAsLong) {
   EXPECT_THAT(shares.slow(), IsEmpty());
   add_rounds(shares, kRounds, {{"a", 10}, {"b", 11}, {"c", 9}, {"d", 10}, {"slow", 40}, {"slower", 200}});
   ASSERT_THAT(names(shares.slow()), ElementsAre("slower", "slow"));
-  EXPECT_EQ(shares.slow().front().units, 1u * kRounds);
+  EXPECT_EQ(shares.slow().front().timed_units, 1u * kRounds);
   // Only the part that is beyond doubt is told, which is less than the true ratio.
   EXPECT_GT(shares.slow().front().slowness, 2 * shares.slow().back().slowness);
   EXPECT_LT(shares.slow().front().slowness, 22);

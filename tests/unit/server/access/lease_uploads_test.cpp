@@ -170,13 +170,13 @@ TEST(LeaseUploads, AreBoundedByLeaseAndIdentity) {
     ref.set_size_bytes(size);
     return uploads.begin(token, ref, identity, start).code();
   };
-  EXPECT_EQ(begin(0, "a", LeaseUploads::kMostBytes + 1), kInvalidArgument);
+  EXPECT_EQ(begin(0, "a", LeaseUploads::kMostBlobBytes + 1), kInvalidArgument);
   std::uint32_t unit = 0;
-  for (; (unit + 1) * LeaseUploads::kMostBytes <= LeaseUploads::kMostBytesOfOne; ++unit)
-    EXPECT_EQ(begin(unit, std::to_string(unit), LeaseUploads::kMostBytes), kOk);
+  for (; (unit + 1) * LeaseUploads::kMostBlobBytes <= LeaseUploads::kMostIdentityBytes; ++unit)
+    EXPECT_EQ(begin(unit, std::to_string(unit), LeaseUploads::kMostBlobBytes), kOk);
   EXPECT_EQ(begin(unit, "one more", 1), kResourceExhausted);
   EXPECT_EQ(begin(unit, "one more", 1, "bob"), kOk) << "each identity has a bound of its own";
-  EXPECT_EQ(begin(0, "0", LeaseUploads::kMostBytes), kOk) << "it goes on";
+  EXPECT_EQ(begin(0, "0", LeaseUploads::kMostBlobBytes), kOk) << "it goes on";
   EXPECT_EQ(begin(0, "another", 1, "bob"), kInvalidArgument) << "the lease has brought one";
   uploads.claim(wire::sha256_hex("0"));
   EXPECT_EQ(begin(unit + 1, "one more still", 1), kOk);
