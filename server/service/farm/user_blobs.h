@@ -34,8 +34,8 @@ class UserBlobs {
   using UserNumber = std::uint32_t;
   struct Blob {
     std::uint64_t size = 0;
-    absl::InlinedVector<std::pair<UserNumber, std::uint32_t>, 1>
-        uses_by_user;  // how often the user's jobs name it
+    /// How often each user's jobs name it.
+    absl::InlinedVector<std::pair<UserNumber, std::uint32_t>, 1> uses_by_user;
   };
   static Key key_of(const std::string& digest);
   static bool is_used_by(const Blob& blob, std::optional<UserNumber> user);

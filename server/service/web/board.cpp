@@ -162,14 +162,14 @@ void Board::update(Rows rows) {
   for (auto& [name, json] : rows) {
     const auto [found, added] = rows_.try_emplace(std::move(name));
     Row& row = found->second;
-    row.round = round_;
+    row.last_seen_round = round_;
     if (added) row.order = ++order_;
     if (!added && row.json == json) continue;
     row.json = std::move(json);
     row.version = version_ = next;
   }
   for (auto row = rows_.begin(); row != rows_.end();) {
-    if (row->second.round == round_) {
+    if (row->second.last_seen_round == round_) {
       ++row;
       continue;
     }

@@ -39,7 +39,7 @@ class Board {
   struct Row {
     std::string json;
     std::uint64_t version = 0;
-    std::uint64_t round = 0;  // in which it was last there
+    std::uint64_t last_seen_round = 0;
     std::uint64_t order = 0;
   };
 

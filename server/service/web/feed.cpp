@@ -126,9 +126,9 @@ void Feed::round() {
     listeners = listeners_;
   }
   const bool more = follow_pictures(listeners);
-  for (auto& [key, view] : views_) view.used = false;
+  for (auto& [key, view] : views_) view.used_in_round = false;
   for (const auto& listener : listeners) tell(*listener, views_[key_of(listener->who.caller)]);
-  std::erase_if(views_, [](const auto& entry) { return !entry.second.used; });
+  std::erase_if(views_, [](const auto& entry) { return !entry.second.used_in_round; });
   if (!more) return;
   const std::lock_guard lock(mutex_);
   news_ = true;
@@ -156,7 +156,7 @@ void Feed::look_at_workers(const Caller& who, View& view) {
 
 void Feed::tell(Listener& listener, View& view) {
   const Caller& who = listener.who.caller;
-  view.used = true;
+  view.used_in_round = true;
   at_leisure(view.jobs_due, [&] { look_at_jobs(who, view); });
   EventStream& stream = *listener.stream;
   if (!stream.idle()) return;  // it has not taken the last news yet
@@ -200,9 +200,9 @@ void Feed::tell_lines(Listener& listener, View& view) {
 
 void Feed::tell_picture(Listener& listener) {
   ShownPicture& picture = *listener.wish.picture;
-  const ShownPicture::News news = picture.since(listener.generation, listener.changes);
+  const ShownPicture::News news = picture.since(listener.picture_generation, listener.picture_changes);
   Json event = Json::object();
-  if (news.all || news.areas.size() > kMostAreas) {
+  if (news.all || news.areas.size() > kMostAreasAnEvent) {
     event["all"] = true;
   } else if (!news.areas.empty()) {
     Json areas = Json::array();
@@ -210,8 +210,8 @@ void Feed::tell_picture(Listener& listener) {
       for (const std::uint32_t edge : {area.x0, area.y0, area.x1, area.y1}) areas.push_back(edge);
     event["areas"] = std::move(areas);
   }
-  listener.generation = news.generation;
-  listener.changes = news.changes;
+  listener.picture_generation = news.generation;
+  listener.picture_changes = news.changes;
   Json work = Json::array();
   for (const Farm::PixelsInWork& at : farm_.in_work(picture.job(), kMostInWork))
     work.push_back({at.pixels.x0(), at.pixels.y0(), at.pixels.x1(), at.pixels.y1(), at.worker});

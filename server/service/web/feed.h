@@ -37,12 +37,12 @@ struct FeedWish {
 class Feed {
  public:
   static constexpr std::size_t kMostStreams = 128;
-  static constexpr std::size_t kMostOfMember = 16;  // streams of one, where members are known
-  static constexpr std::size_t kMostInWork = 4096;  // tiles that are outlined
-  static constexpr std::size_t kMostAreas = 256;    // of one event; beyond, everything changed
+  static constexpr std::size_t kMostOfMember = 16;       // streams of one, where members are known
+  static constexpr std::size_t kMostInWork = 4096;       // tiles that are outlined
+  static constexpr std::size_t kMostAreasAnEvent = 256;  // beyond, everything changed
   static constexpr std::size_t kRowsAnEvent = 1000;
   static constexpr std::chrono::milliseconds kPace{200};
-  static constexpr std::chrono::milliseconds kSlice{100};  // of each round, for results
+  static constexpr std::chrono::milliseconds kSlice{100};  // part of each round that goes to results
 
   /// `lines` may be null. `admits` says whether a session still holds.
   Feed(Farm& farm, const Rights& rights, std::shared_ptr<telemetry::RecentLines> lines,
@@ -59,7 +59,7 @@ class Feed {
     Visitor who;
     FeedWish wish;
     std::uint64_t jobs = 0, workers = 0, lines = 0;  // versions that it knows
-    std::uint64_t generation = 0, changes = 0;       // of the picture
+    std::uint64_t picture_generation = 0, picture_changes = 0;
     std::string in_work;
     std::chrono::steady_clock::time_point last{};
   };
@@ -68,7 +68,7 @@ class Feed {
     Board jobs, workers;
     std::map<std::string, bool> may_see;                          // jobs of lines
     std::chrono::steady_clock::time_point jobs_due, workers_due;  // when they are looked at again
-    bool used = false;                                            // in this round
+    bool used_in_round = false;
   };
 
   void run();
@@ -86,7 +86,7 @@ class Feed {
   const std::shared_ptr<telemetry::RecentLines> lines_;
   const std::function<bool(const Visitor&)> admits_;
 
-  std::map<std::string, View> views_;  // of the thread alone
+  std::map<std::string, View> views_;  // only the thread uses them
 
   std::mutex mutex_;
   std::condition_variable wake_;

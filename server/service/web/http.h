@@ -20,7 +20,7 @@ struct HttpRequest {
   std::string host, origin, fetch_site, content_type, cookie, accept_encoding;
   std::string marker;  // X-Tessera, which no form and no image can send
   std::string body;
-  std::string certificate;  // of the caller, checked, in PEM; empty without
+  std::string certificate;  // the caller's, checked, in PEM; empty: none
   std::string peer;         // address of the caller
 
   /// The value of a parameter; empty where there is none.

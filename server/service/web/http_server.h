@@ -38,8 +38,8 @@ class HttpServer {
  public:
   static constexpr unsigned kThreads = 4;
   static constexpr std::size_t kMostBody = 4096;             // bytes of a request's body
-  static constexpr std::size_t kConnectionBytes = 32 << 10;  // for a request's line and headers
-  static constexpr unsigned kTimeoutSeconds = 20;            // in which nothing comes or goes
+  static constexpr std::size_t kConnectionBytes = 32 << 10;  // memory for a request's line and headers
+  static constexpr unsigned kTimeoutSeconds = 20;            // longest time in which nothing comes or goes
 
   using Handler = std::function<HttpAnswer(const HttpRequest&)>;
 
@@ -56,7 +56,7 @@ class HttpServer {
   void sweep();
 
  private:
-  struct Callbacks;  // of libmicrohttpd
+  struct Callbacks;  // those that libmicrohttpd calls
 
   HttpServer(const HttpOptions& options, const ConnectionLimits& limits, Handler handle)
       : options_(options), handle_(std::move(handle)), connections_(limits) {}

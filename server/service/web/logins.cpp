@@ -19,7 +19,7 @@ absl::StatusOr<std::string> Logins::add(Entries& entries, const Visitor& who, Ti
     const Caller& caller = entry.second.who.caller;
     return caller.role == who.caller.role && caller.user == who.caller.user;
   };
-  if (std::cmp_greater_equal(std::ranges::count_if(entries, is_of_caller), kMostOfOne)) {
+  if (std::cmp_greater_equal(std::ranges::count_if(entries, is_of_caller), kMostOfOneCaller)) {
     auto oldest = entries.end();
     for (auto entry = entries.begin(); entry != entries.end(); ++entry) {
       if (is_of_caller(*entry) && (oldest == entries.end() || entry->second.until < oldest->second.until))

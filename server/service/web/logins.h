@@ -29,9 +29,9 @@ class Logins {
 
   static constexpr std::chrono::hours kLongestToken{24};
   static constexpr std::chrono::hours kSession{12};
-  static constexpr std::size_t kMost = 1'000;    // tokens, and sessions
-  static constexpr std::size_t kMostOfOne = 20;  // of one caller: the oldest makes room for the next
-  static constexpr int kSecretDigits = 32;       // 128 bits
+  static constexpr std::size_t kMost = 1'000;          // tokens, and sessions
+  static constexpr std::size_t kMostOfOneCaller = 20;  // the oldest makes room for the next
+  static constexpr int kSecretDigits = 32;             // 128 bits
 
   /// A secret that lets its holder in once, as `who`, until `now + life`. InvalidArgument for a life that is
   /// not within the bound above, ResourceExhausted when there are too many.
@@ -49,7 +49,7 @@ class Logins {
     Visitor who;
     Time until;
   };
-  using Entries = std::map<std::string, Entry>;  // by the digest of the secret
+  using Entries = std::map<std::string, Entry>;  // key: digest of the secret
 
   /// The secret of a new entry, which makes room for itself among those of its caller. ResourceExhausted.
   static absl::StatusOr<std::string> add(Entries& entries, const Visitor& who, Time until, Time now);

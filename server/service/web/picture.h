@@ -99,7 +99,7 @@ class Picture {
   struct Cell {
     double weight = 0;  // samples
     double sum[3] = {0, 0, 0};
-    double squares = 0;       // of the luminances of results' means, weighted by their samples; or variance
+    double squares = 0;       // luminances of results' means, squared, weighted by their samples; or variance
     std::uint32_t parts = 0;  // results
   };
   void add_row(const wire::TileResult& result, std::uint32_t y, const PixelArea& common,

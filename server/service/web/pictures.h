@@ -67,7 +67,7 @@ class ShownPicture {
   std::shared_ptr<const wire::PilotBlocks> pilot_;  // written by who holds following_, too
   std::uint64_t generation_ = 1;
   std::uint32_t revision_ = 0;
-  std::vector<Result> results_;  // where levels below the picture's may be asked for
+  std::vector<Result> results_;  // kept where levels below the picture's may be asked for
 };
 
 /// Those that are looked at, and a few that were. Thread-safe.

@@ -23,8 +23,8 @@ namespace tessera::server {
 
 struct SiteOptions {
   bool encrypted = false;  // callers are known by certificates and logins; else everybody may do everything
-  std::string version;     // of the program, for people
-  std::shared_ptr<telemetry::RecentLines> lines = {};  // for the page of events; may be null
+  std::string version;     // version of the program, for people
+  std::shared_ptr<telemetry::RecentLines> lines = {};  // lines for the page of events; may be null
 };
 
 /// Answers requests, from any thread. Farm and lists outlive the site.

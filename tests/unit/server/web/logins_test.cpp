@@ -66,7 +66,7 @@ TEST(Logins, OfOneCallerMakeRoomForEachOther) {
   const auto other = logins.make_token(ben, seconds{60}, kStart);
   const auto oldest = logins.make_token(kAda, seconds{60}, kStart);
   const auto second = logins.make_token(kAda, seconds{61}, kStart);
-  for (std::size_t i = 2; i <= Logins::kMostOfOne; ++i)
+  for (std::size_t i = 2; i <= Logins::kMostOfOneCaller; ++i)
     ASSERT_TRUE(logins.make_token(kAda, seconds{60 + i}, kStart).ok());
   EXPECT_FALSE(logins.begin(*oldest, kStart).ok());
   EXPECT_TRUE(logins.begin(*second, kStart).ok());
