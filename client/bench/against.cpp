@@ -110,11 +110,11 @@ absl::StatusOr<BenchChanges> changes_since(const std::string& text,
   try {
     const Json json = Json::parse(text);
     const std::map<std::string, Measured> before = earlier_results(json);
-    changes.version = json.at("version").get<std::string>();
+    changes.earlier_version = json.at("version").get<std::string>();
     const Json& earlier = json.at("machine");
-    changes.machine = earlier.at("model").get<std::string>();
-    changes.same_machine =
-        changes.machine == machine.model && !machine.is_loaded() && !earlier.at("loaded").get<bool>();
+    changes.earlier_machine = earlier.at("model").get<std::string>();
+    changes.same_machine = changes.earlier_machine == machine.processor_model && !machine.is_loaded() &&
+                           !earlier.at("loaded").get<bool>();
     for (const BenchSceneResult& scene : scenes) {
       for (const BenchVariantResult& variant : scene.variants) {
         const v1::PixelRect& crop = variant.spec.cut().crop();
@@ -139,9 +139,9 @@ absl::StatusOr<BenchChanges> changes_since(const std::string& text,
 }
 
 std::string to_text(const BenchChanges& changes) {
-  std::string text =
-      absl::StrCat("against ", changes.version, " on ",
-                   changes.machine.empty() ? "a processor that is not known" : changes.machine);
+  std::string text = absl::StrCat(
+      "against ", changes.earlier_version, " on ",
+      changes.earlier_machine.empty() ? "a processor that is not known" : changes.earlier_machine);
   absl::StrAppend(&text,
                   changes.same_machine
                       ? "\n"

@@ -14,7 +14,7 @@ namespace tessera::client {
 /// How many times as efficient a scene's rendering is as it was: efficiency is 1 / (relMSE without the worst
 /// 0.1 % x CPU seconds), compared by seed.
 struct BenchChange {
-  std::string name;  // of the scene, and the variant where it has one
+  std::string name;  // name of the scene, and of the variant where it has one
   Interval ratio;
   /// The same, with CPU seconds in units of what the same run took to trace the rays alone: other machines
   /// and other work slow both.
@@ -22,7 +22,7 @@ struct BenchChange {
 };
 
 struct BenchChanges {
-  std::string version, machine;  // of the earlier run
+  std::string earlier_version, earlier_machine;
   /// Both runs were on processors of one model without other work: `ratio` counts, else `by_rays`.
   bool same_machine = false;
   std::vector<BenchChange> changes;

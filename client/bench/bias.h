@@ -13,7 +13,7 @@ namespace tessera::client {
 struct BiasAndVariance {
   double bias2 = 0;        // square of the bias, estimated without bias: may be negative where there is none
   double bias2_error = 0;  // its standard error; NaN for fewer than four images
-  double variance = 0;     // of one image
+  double variance = 0;     // variance of one image
 
   /// Whether the bias stands out from the noise.
   bool is_biased() const { return bias2 > 3 * bias2_error; }

@@ -55,7 +55,7 @@ MachineWatch::Times MachineWatch::now() {
 }
 
 MachineWatch::MachineWatch() : start_(now()) {
-  machine_.model = processor_model();
+  machine_.processor_model = processor_model();
   machine_.processors = usable_processors();
   if (double load[1]; ::getloadavg(load, 1) == 1) machine_.load = load[0];
 }
@@ -69,7 +69,7 @@ Machine MachineWatch::machine() const {
 }
 
 std::string to_text(const Machine& machine) {
-  return absl::StrCat(machine.model.empty() ? "processor not known" : machine.model,
+  return absl::StrCat(machine.processor_model.empty() ? "processor not known" : machine.processor_model,
                       absl::StrFormat(", %u processors; load %.2f before, others kept %.2f of them busy",
                                       machine.processors, machine.load, machine.others),
                       machine.is_loaded()

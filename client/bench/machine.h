@@ -7,10 +7,10 @@
 namespace tessera::client {
 
 struct Machine {
-  std::string model;        // of the processor, as the system names it; empty: not known
-  unsigned processors = 0;  // that this process may use
-  double load = 0;          // processes that wanted a processor, mean of the minute before the measurement
-  double others = 0;        // processors that others kept busy during the measurement, mean
+  std::string processor_model;  // as the system names it; empty: not known
+  unsigned processors = 0;      // those that this process may use
+  double load = 0;    // processes that wanted a processor, mean of the minute before the measurement
+  double others = 0;  // processors that others kept busy during the measurement, mean
 
   /// Whether figures are to be marked: a core that is shared with other work is slower, in CPU seconds too.
   bool is_loaded() const { return load > 1 || others > 1; }

@@ -27,7 +27,7 @@ struct BenchVariant {
   v1::JobSpec spec;
   std::unique_ptr<BenchScene> scene;
   double import_cpu_seconds = 0;
-  std::optional<DenoiseOptions> denoise = {};  // of each image; its CPU time is part of the image's
+  std::optional<DenoiseOptions> denoise = {};  // applied to each image; its CPU time is part of the image's
 };
 
 /// One image. Errors are against the reference as it is, noise included.
@@ -35,9 +35,9 @@ struct BenchRun {
   std::uint32_t spp = 0;
   std::uint64_t seed_offset = 0;
   BenchCost cost;
-  double mse = 0, relmse = 0;                  // of metrics.h
+  double mse = 0, relmse = 0;                  // as in metrics.h
   double mse_trimmed = 0, relmse_trimmed = 0;  // without the worst 0.1 % of the pixels
-  double relmse_block = 0;                     // of means over blocks of BenchPlan::block, without those
+  double relmse_block = 0;                     // relMSE of block means (BenchPlan::block), without those
   double flip = 0;
 };
 
@@ -54,7 +54,7 @@ struct BenchVariantResult {
   std::string name;
   v1::JobSpec spec;
   double import_cpu_seconds = 0, build_cpu_seconds = 0;
-  std::vector<BenchRun> runs;  // by sample count, then seed
+  std::vector<BenchRun> runs;  // sorted by sample count, then seed
   std::vector<BenchBias> biases;
   BenchCeiling ceiling;                     // the one of median share
   std::map<std::string, double> structure;  // BenchScene::structure
@@ -84,12 +84,12 @@ struct WholeRun {
 
 struct WholeResult {
   std::string name, reference;
-  std::vector<WholeRun> runs;  // by sample count, then seed
+  std::vector<WholeRun> runs;  // sorted by sample count, then seed
 };
 
 struct BenchSceneResult {
   std::string name;
-  std::string reference;  // where it comes from
+  std::string reference;  // where the reference comes from
   ReferenceNoise noise;
   int block = CompareOptions{}.block;  // BenchPlan::block
   std::vector<BenchVariantResult> variants;

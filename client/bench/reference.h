@@ -15,7 +15,7 @@ struct BenchVariant;
 /// The error of the reference itself, which adds to that of every image measured against it; 0: not known.
 struct ReferenceNoise {
   double mse = 0, relmse = 0;
-  double relmse_block = 0;  // of means over blocks of BenchPlan::block
+  double relmse_block = 0;  // relMSE of means over blocks of BenchPlan::block
 };
 
 struct BenchReference {

@@ -135,7 +135,7 @@ std::string to_json(const std::vector<BenchSceneResult>& scenes, const BenchPlan
             {"threads", plan.threads},
             {"spp", plan.spp},
             {"machine",
-             {{"model", machine.model},
+             {{"model", machine.processor_model},
               {"processors", machine.processors},
               {"load", machine.load},
               {"others", machine.others},

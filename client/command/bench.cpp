@@ -182,7 +182,7 @@ SideScene side_scene(const BenchOptions& options, std::size_t index, const Bench
     scene.own.push_back({variant.name, variant.name.empty() ? "" : absl::StrCat("--", variant.name),
                          variant.spec.view().seed()});
   }
-  if (!options.sides.references.empty()) scene.peer_reference = options.sides.references[index];
+  if (!options.sides.peer_references.empty()) scene.peer_reference = options.sides.peer_references[index];
   scene.reference_spp = options.reference_spp;
   return scene;
 }
@@ -224,7 +224,7 @@ absl::Status check(BenchOptions& options) {
                                                    options.references.size(),
                                                    " references; one for each is needed"));
   }
-  if (!options.sides.references.empty() && options.sides.references.size() != options.scenes.size())
+  if (!options.sides.peer_references.empty() && options.sides.peer_references.size() != options.scenes.size())
     return absl::InvalidArgumentError("--peer-reference: one for each scene is needed");
   if (absl::Status status = check_peers(options.sides); !status.ok()) return status;
   for (const std::string& file : {options.json, options.plot, options.bias_plot}) {
@@ -348,7 +348,7 @@ void add_bench_command(CommandLine& line) {
            "takes turns with whole processes of this one")
       .type_name("COMMAND");
   command
-      .add("--peer-reference", options->sides.references,
+      .add("--peer-reference", options->sides.peer_references,
            "what peers' images are held against; absent: what --make-reference makes each of them render, or "
            "--reference")
       .separated_by_commas()

@@ -14,9 +14,9 @@ namespace tessera::client {
 
 struct SideOptions {
   bool whole = false;
-  std::vector<std::string> peers;       // command lines with {scene}, {spp}, {seed}, {threads}, {out}
-  std::vector<std::string> references;  // of the peers, one for each scene; empty: none are given
-  std::vector<std::string> job_words;   // options that `render` gets as well
+  std::vector<std::string> peers;            // command lines with {scene}, {spp}, {seed}, {threads}, {out}
+  std::vector<std::string> peer_references;  // one for each scene; empty: none are given
+  std::vector<std::string> job_words;        // options that `render` gets as well
 
   bool any() const { return whole || !peers.empty(); }
 };
@@ -33,7 +33,7 @@ struct SideScene {
   std::vector<OwnSide> own;
   const BenchReference& reference;
   std::optional<std::string> peer_reference;  // a file
-  std::uint32_t reference_spp = 0;            // of references that peers make for themselves; 0: none do
+  std::uint32_t reference_spp = 0;  // samples of references that peers make for themselves; 0: none do
 };
 
 /// InvalidArgument for a command line of a peer that cannot be filled in.

@@ -261,7 +261,7 @@ absl::StatusOr<ChosenJob> prepare(const RenderOptions& options, const ImportedSc
         "named");
   }
   ChoiceOptions own = *choice;
-  own.read_cpu_seconds = read_cpu_seconds;
+  own.scene_read_cpu_seconds = read_cpu_seconds;
   const Phase phase{progress_mode(STDERR_FILENO, options.quiet), std::cerr, options.scene,
                     "choosing the integrator"};
   return choose_job(options.job, imported, name, own);

@@ -36,8 +36,9 @@ struct RenderOptions {
   JobSettings job;
   std::vector<std::string> defines;  // NAME=VALUE
   GltfOptions gltf = {};
-  std::optional<v1::ImplicitSurface::Roots> roots;  // of all implicit surfaces; none: as the scene says
-  int threads = 0;                                  // of this process
+  /// How all implicit surfaces find roots; none: as the scene says.
+  std::optional<v1::ImplicitSurface::Roots> roots;
+  int threads = 0;  // threads of this process
   ExrFormat exr;
   std::string stats;       // a JSON file; empty: none
   std::string checkpoint;  // a folder; empty: none. `render` only
@@ -45,7 +46,7 @@ struct RenderOptions {
   bool quiet = false;
   FrameOptions frames;
   std::optional<std::int64_t> frame;  // the one of the animation that is to be rendered
-  std::string group;                  // of the animation's jobs
+  std::string group;                  // group of the animation's jobs
   /// World space: Scene.render_origin of scenes that have none. Null: theirs to choose. Where it has no
   /// value, load_job() puts the place of the scene's camera there.
   std::shared_ptr<std::optional<v1::Point3>> origin = nullptr;
@@ -76,7 +77,7 @@ struct LoadedJob {
   std::shared_ptr<const BuiltScene> built = nullptr;  // the job's scene, where it was built already
   double import_seconds = 0;                          // digests included
   double import_cpu_seconds = 0;
-  Rational rate;  // of an animation, frames a second
+  Rational rate;  // frames a second of an animation
 
   /// Frees the bytes of meshes and packed instances.
   void free_meshes();

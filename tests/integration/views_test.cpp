@@ -104,11 +104,11 @@ TEST_F(Views, ThatCannotBeRenderedAreNamedBeforeAnythingIs) {
   const auto refused = [&](const Arguments& options) {
     return tessera(Arguments{"render", scene, "-o", image("picture.exr")} + options);
   };
-  const support::Finished unconnected = refused({"--integrator", "bdpt"});
+  const support::Finished unconnected = refused({"--integrator", "light"});
   EXPECT_EQ(unconnected.status.code, 3);
   EXPECT_THAT(unconnected.err, HasSubstr("scene.textproto:"));
   EXPECT_THAT(unconnected.err,
-              HasSubstr("view 2: integrator 'bdpt' needs a perspective or orthographic camera"));
+              HasSubstr("view 2: integrator 'light' needs a perspective or orthographic camera"));
   const support::Finished missing = refused({"--view", "3"});
   EXPECT_EQ(missing.status.code, 2);
   EXPECT_THAT(missing.err, HasSubstr("there is no view 3: the scene has 3, and the first is view 0"));

@@ -298,7 +298,7 @@ absl::StatusOr<Tried> try_all(const JobSettings& request, const ChoiceOptions& o
   SceneRenderer renderer(jobs, is_known ? request.isa : isas.front(), options, stop, start);
   const absl::StatusOr<PilotOutcome> outcome = run_pilot(entries,
                                                          {.job = pilot_job(usual),
-                                                          .read_seconds = options.read_cpu_seconds,
+                                                          .read_seconds = options.scene_read_cpu_seconds,
                                                           .keeps_scene = options.keeps_scene,
                                                           .threads = options.threads},
                                                          renderer, stop);

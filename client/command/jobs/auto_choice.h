@@ -23,8 +23,9 @@ bool asks_for_choice(const JobSettings& request, const v1::Scene& scene);
 
 struct ChoiceOptions {
   int threads = 1;
-  bool keeps_scene = false;     // the job's scene is that of ChosenJob: building it is no cost of the pilot
-  double read_cpu_seconds = 0;  // in which the scene was read: part of the job's time
+  bool keeps_scene = false;  // the job's scene is that of ChosenJob: building it is no cost of the pilot
+  /// Part of the job's time.
+  double scene_read_cpu_seconds = 0;
   std::function<std::stop_token()> stop = [] { return std::stop_token{}; };  // asked when a pilot begins
   /// CPU seconds of a pixel's sample by this integrator, in place of measured ones: the choice is then a
   /// function of the job, with one thread to the bit. Building a scene takes none.

@@ -34,7 +34,7 @@ struct JobSettings {
   bool several_integrators = false;
   std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
-  std::optional<DenoiseMethod> denoise;  // of the picture, once it is rendered
+  std::optional<DenoiseMethod> denoise;  // how the picture is denoised, once it is rendered
   LayerWishes layers;
   std::string isa;
   // On the farm.

@@ -27,7 +27,7 @@ LineReader::~LineReader() {
 
 bool LineReader::fill() {
   if (ended_) return false;
-  buffer_.erase(0, std::exchange(begin_, 0));
+  buffer_.erase(0, std::exchange(unread_begin_, 0));
   constexpr std::size_t kPiece = 1 << 18;
   const std::size_t size = buffer_.size();
   buffer_.resize(size + kPiece);
@@ -41,30 +41,30 @@ bool LineReader::fill() {
 }
 
 bool LineReader::ready() {
-  if (ended_ || buffer_.find('\n', begin_) != buffer_.npos) return true;
+  if (ended_ || buffer_.find('\n', unread_begin_) != buffer_.npos) return true;
   pollfd waiting{file_, POLLIN, 0};
   return ::poll(&waiting, 1, 0) > 0;
 }
 
 LineReader::Got LineReader::next(std::string_view& line) {
   bool too_long = false;
-  std::size_t searched = begin_;
+  std::size_t searched = unread_begin_;
   for (;;) {
     const std::size_t end = buffer_.find('\n', searched);
     if (end != buffer_.npos) {
-      line = std::string_view(buffer_).substr(begin_, end - begin_);
-      begin_ = end + 1;
+      line = std::string_view(buffer_).substr(unread_begin_, end - unread_begin_);
+      unread_begin_ = end + 1;
       return too_long || line.size() > kLongestQueryLine ? Got::kTooLong : Got::kLine;
     }
-    if (buffer_.size() - begin_ > kLongestQueryLine) {
+    if (buffer_.size() - unread_begin_ > kLongestQueryLine) {
       too_long = true;
-      begin_ = buffer_.size();
+      unread_begin_ = buffer_.size();
     }
     if (!fill()) break;
-    searched = begin_;
+    searched = unread_begin_;
   }
-  line = std::string_view(buffer_).substr(begin_);
-  begin_ = buffer_.size();
+  line = std::string_view(buffer_).substr(unread_begin_);
+  unread_begin_ = buffer_.size();
   if (too_long) return Got::kTooLong;
   return line.empty() ? Got::kEnd : Got::kLine;
 }

@@ -38,7 +38,7 @@ class LineReader {
   int file_;
   std::string name_;
   std::string buffer_;
-  std::size_t begin_ = 0;  // of what has not been returned
+  std::size_t unread_begin_ = 0;
   bool ended_ = false, failed_ = false;
 };
 

@@ -23,7 +23,7 @@ int terminal_columns(int file_descriptor);
 
 struct ProgressState {
   std::string label;  // "cornell-box"
-  double share = 0;   // of the work that is done, 0 to 1
+  double share = 0;   // part of the work that is done, 0 to 1
   std::uint64_t samples_done = 0;
   std::uint64_t samples_total = 0;  // 0: not known, for the noise decides
   double elapsed_seconds = 0;
@@ -86,7 +86,7 @@ class Progress {
   TimePoint start_;
   std::optional<Point> baseline_;  // what was done when we began to look is not part of the rate
   std::optional<Point> drawn_;     // last
-  std::string told_;               // of what it waits for, then
+  std::string told_;               // what it said then that it waits for
   bool bar_shown_ = false;
 };
 

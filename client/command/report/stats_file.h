@@ -14,7 +14,7 @@ namespace tessera::client {
 
 struct RenderStatistics {
   double load_seconds = 0;              // import and digests
-  std::optional<double> build_seconds;  // of the scene in this process's worker
+  std::optional<double> build_seconds;  // time to build the scene in this process's worker
   double render_wall_seconds = 0;
   std::uint64_t uploaded_bytes = 0;
   std::vector<std::string> import_warnings;

@@ -16,8 +16,8 @@ struct TimePart {
 
 struct TimeSpent {
   double seconds = 0;  // all of `stages`
-  std::vector<TimePart>
-      stages;  // in the order of the work; "other" is what no stage of rendering accounts for
+  /// Stages in the order of the work; "other" is what no stage of rendering accounts for.
+  std::vector<TimePart> stages;
   std::vector<TimePart> shading;  // shares of the stage "shading", which they add up to; empty where unknown
   std::vector<TimePart> materials;  // shares of the part "materials" of shading, the largest first
 };
@@ -26,7 +26,7 @@ struct TimeSpent {
 struct ProcessTime {
   double start_seconds = 0;  // before the command began: loading libraries and modules
   double import_seconds = 0;
-  double pilot_seconds = 0;  // in which the integrator was chosen
+  double pilot_seconds = 0;  // time to choose the integrator
   double total_seconds = 0;
 };
 

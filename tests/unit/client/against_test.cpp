@@ -13,7 +13,7 @@ namespace {
 using ::testing::HasSubstr;
 
 const BenchPlan kPlan{.spp = {4, 16}, .seeds = 3, .threads = 1};
-const Machine kQuiet{.model = "model", .processors = 2, .load = 0.1, .others = 0};
+const Machine kQuiet{.processor_model = "model", .processors = 2, .load = 0.1, .others = 0};
 
 /// `slowness`: of everything; `waste`: of rendering beside the rays, seed by seed up to 1 % more or less.
 BenchSceneResult scene_of(double slowness, double waste) {
@@ -53,7 +53,7 @@ TEST(Against, ARegressionShows) {
 
 TEST(Against, OtherMachinesAreComparedByTheirRays) {
   Machine other = kQuiet;
-  other.model = "another model";
+  other.processor_model = "another model";
   const BenchChanges slow_machine = changes(3, 1, kQuiet, other);
   EXPECT_FALSE(slow_machine.same_machine);
   EXPECT_NEAR(slow_machine.changes[0].ratio.value, 1.0 / 3, 1e-9);

@@ -134,7 +134,7 @@ TEST(Report, JsonHasWhatTheTableHas) {
   const BenchSceneResult scene{
       .name = "room", .reference = "room.exr", .noise = {}, .variants = {variant_of("", -1, 1)}};
   const auto json = nlohmann::json::parse(
-      to_json({scene}, {.spp = {4, 16, 64}, .seeds = 4, .threads = 1}, {.model = "m", .load = 2}));
+      to_json({scene}, {.spp = {4, 16, 64}, .seeds = 4, .threads = 1}, {.processor_model = "m", .load = 2}));
   EXPECT_EQ(json["machine"]["model"], "m");
   EXPECT_EQ(json["machine"]["loaded"], true);
   const auto& variant = json["scenes"][0]["variants"][0];

@@ -119,14 +119,14 @@ TEST(Whole, RatiosArePairedBySeed) {
 }
 
 TEST(Machine, IsMarkedWhenOthersWork) {
-  EXPECT_FALSE((Machine{.model = "m", .processors = 2, .load = 0.9, .others = 0.4}.is_loaded()));
-  EXPECT_TRUE((Machine{.model = "m", .processors = 2, .load = 1.1, .others = 0}.is_loaded()));
-  const Machine busy{.model = "m", .processors = 2, .load = 0.2, .others = 1.5};
+  EXPECT_FALSE((Machine{.processor_model = "m", .processors = 2, .load = 0.9, .others = 0.4}.is_loaded()));
+  EXPECT_TRUE((Machine{.processor_model = "m", .processors = 2, .load = 1.1, .others = 0}.is_loaded()));
+  const Machine busy{.processor_model = "m", .processors = 2, .load = 0.2, .others = 1.5};
   EXPECT_TRUE(busy.is_loaded());
   EXPECT_THAT(to_text(busy), HasSubstr("LOADED"));
   const Machine here = MachineWatch().machine();
   EXPECT_GE(here.processors, 1u);
-  EXPECT_FALSE(here.model.empty());
+  EXPECT_FALSE(here.processor_model.empty());
 }
 
 }  // namespace
