@@ -19,7 +19,7 @@ std::vector<Plane> filter_features(const std::vector<Plane>& features, const std
                                    const Plane& inside, int threads) {
   const int width = features[0].width(), height = features[0].height();
   const int channels = static_cast<int>(features.size());
-  PatchTask task{.channels = channels, .value = {}, .variance = {}, .usual = {}, .radius = kPatch};
+  PatchTask task{.channels = channels, .value = {}, .variance = {}, .usual = {}, .patch_radius = kPatch};
   set_views(features, task.value);
   set_views(variances, task.variance);
   set_views(variances, task.usual);

@@ -16,7 +16,7 @@ struct NoisyPicture {
   int width = 0, height = 0;
   // Means of the two halves of each pixel's samples, R, G and B; those of lone fireflies are cut down.
   std::array<Plane, 3> first, second;
-  std::array<Plane, 3> variance;  // of a half's mean
+  std::array<Plane, 3> variance;  // variance of a half's mean
   std::array<Plane, 3> usual;     // its mean over those of 3 x 3 pixels that show alike things
   Plane inside;                   // 1 in the picture, 0 in its margin
   std::vector<Plane> guides;      // albedo, normal and the logarithm of depth, with their noise filtered out

@@ -32,7 +32,7 @@ class HalfFit {
   HalfFit(const NoisyPicture& picture, const std::array<Plane, 3>& colour, const std::array<Plane, 3>& other)
       : picture_(picture),
         colour_(colour),
-        patch_{.channels = 3, .value = {}, .variance = {}, .usual = {}, .radius = kPatchRadius} {
+        patch_{.channels = 3, .value = {}, .variance = {}, .usual = {}, .patch_radius = kPatchRadius} {
     for (int k = 0; k < kBandwidths; ++k) sums_.emplace_back(picture.width, picture.height);
     set_views(other, patch_.value);
     set_views(picture.variance, patch_.variance);

@@ -30,7 +30,7 @@ Colours denoise_statistically(const NoisyPicture& picture, int threads) {
   }
   StatisticalTask task{.width = picture.width,
                        .height = picture.height,
-                       .radius = kWindow,
+                       .window_radius = kWindow,
                        .critical = 0,
                        .inside = view(picture.inside),
                        .guides = static_cast<int>(guides.size())};

@@ -18,7 +18,7 @@
 namespace tessera::client {
 
 struct AssemblyOptions {
-  std::uint32_t width = 0, height = 0;  // of the film
+  std::uint32_t width = 0, height = 0;  // size of the film
   Window crop;                          // what is rendered of it
   std::uint32_t spp = 0;
   std::vector<wire::ChannelDesc> channels;  // wire::channels_for_aovs
@@ -110,7 +110,7 @@ class Assembler {
   std::vector<std::size_t> plain_;  // channels of results that are planes, in order; then come Cryptomattes
   std::vector<Matte> mattes_;
   Image frame_;
-  std::unique_ptr<TileFile> file_;  // in place of the frame's pixels; null: they are in memory
+  std::unique_ptr<TileFile> file_;  // holds the frame's pixels; null: they are in memory
   // Per pixel of the crop, or per tile of the file: 1 + index into tiles_, 0 for none yet.
   std::vector<std::uint32_t> owner_;
   std::vector<Tile> tiles_;

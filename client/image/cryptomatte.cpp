@@ -72,7 +72,7 @@ std::vector<std::string> MatteResolver::planes() const {
 }
 
 float MatteResolver::identifier_of(float number) {
-  const auto [known, is_new] = identifiers_.try_emplace(std::bit_cast<std::uint32_t>(number));
+  const auto [known, is_new] = identifier_by_number_bits_.try_emplace(std::bit_cast<std::uint32_t>(number));
   if (is_new) {
     constexpr float kMost = 0x1p62f;  // results come from elsewhere
     const std::string name =
@@ -84,18 +84,18 @@ float MatteResolver::identifier_of(float number) {
 }
 
 void MatteResolver::resolve(std::span<const float> entries, std::span<float> ranks) {
-  mattes_.clear();
+  pixel_mattes_.clear();
   for (std::size_t entry = 0; entry + 1 < entries.size(); entry += 2) {
     if (const float coverage = entries[entry + 1]; coverage != 0)
-      add_matte(identifier_of(entries[entry]), coverage, mattes_);
+      add_matte(identifier_of(entries[entry]), coverage, pixel_mattes_);
   }
-  sort_mattes(mattes_);
+  sort_mattes(pixel_mattes_);
   std::ranges::fill(ranks, 0.0f);
-  for (std::size_t rank = 0; rank < std::min<std::size_t>(mattes_.size(), list_.ranks); ++rank) {
+  for (std::size_t rank = 0; rank < std::min<std::size_t>(pixel_mattes_.size(), list_.ranks); ++rank) {
     // Filters with negative lobes give coverages below 0, and above 1.
-    const float coverage = std::clamp(mattes_[rank].second, 0.0f, 1.0f);
+    const float coverage = std::clamp(pixel_mattes_[rank].second, 0.0f, 1.0f);
     if (coverage == 0) break;
-    ranks[2 * rank] = mattes_[rank].first;
+    ranks[2 * rank] = pixel_mattes_[rank].first;
     ranks[2 * rank + 1] = coverage;
   }
 }

@@ -30,8 +30,8 @@ struct MatteList {
   std::string list;
   std::string name;
   std::uint32_t ranks = kMatteRanks;  // things that a pixel tells, at most
-  std::function<std::string(std::int64_t)>
-      name_of;  // of what a number stands for; things of one name are one
+  /// Names what a number stands for; things of one name are one.
+  std::function<std::string(std::int64_t)> name_of;
 };
 
 /// Makes a Cryptomatte pixel by pixel, in any order: the things of the largest coverages, two to each of the
@@ -53,9 +53,9 @@ class MatteResolver {
   float identifier_of(float number);
 
   MatteList list_;
-  std::unordered_map<std::uint32_t, float> identifiers_;  // by the number's bits
+  std::unordered_map<std::uint32_t, float> identifier_by_number_bits_;
   std::map<std::string, float> manifest_;
-  std::vector<std::pair<float, float>> mattes_;  // of the pixel: identifier and coverage
+  std::vector<std::pair<float, float>> pixel_mattes_;  // identifier and coverage
 };
 
 }  // namespace tessera::client

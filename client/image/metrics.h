@@ -12,7 +12,7 @@
 namespace tessera::client {
 
 struct CompareOptions {
-  double epsilon = 0.01;      // of relMSE
+  double epsilon = 0.01;      // added to R^2 in relMSE
   double trim_percent = 0.1;  // share of the pixels, the worst ones, that the trimmed errors leave out
   int block = 8;              // side in pixels of the blocks whose means have an error of their own
   int test_block = 16;        // the same of the blocks of the significance tests
@@ -24,7 +24,7 @@ struct ChannelBias {
   double mean_reference = 0;
   double mean_test = 0;
   double bias = 0;          // test - reference
-  double bias_percent = 0;  // of mean_reference
+  double bias_percent = 0;  // percent of mean_reference
   double t = 0;
   double p = 1;
 };

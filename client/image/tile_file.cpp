@@ -102,7 +102,7 @@ void TileFile::mark(const Window& pixels, std::vector<float>& band) const {
 
 absl::Status TileFile::load_band(std::size_t plane, std::int32_t row) {
   Band& band = bands_[plane];
-  band.row = -1;
+  band.tile_row = -1;
   const auto width = static_cast<std::size_t>(crop_.width());
   const auto height = static_cast<std::size_t>(window_of(0, row).height());
   band.values.assign(width * height, 0.0f);
@@ -129,13 +129,13 @@ absl::Status TileFile::load_band(std::size_t plane, std::int32_t row) {
                   band.values.data() + line * width + static_cast<std::size_t>(pixels.x0 - crop_.x0));
     }
   }
-  band.row = row;
+  band.tile_row = row;
   return absl::OkStatus();
 }
 
 absl::Status TileFile::read(std::size_t plane, std::int32_t y, std::span<float> row) {
   const std::int32_t tile_row = (y + crop_.y0) / tile_size_ - first_row_;
-  if (bands_[plane].row != tile_row) {
+  if (bands_[plane].tile_row != tile_row) {
     if (absl::Status status = load_band(plane, tile_row); !status.ok()) return status;
   }
   const auto line = static_cast<std::size_t>(y + crop_.y0 - window_of(0, tile_row).y0);

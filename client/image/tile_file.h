@@ -54,12 +54,12 @@ class TileFile final : public Rows {
   const Window crop_;
   const std::int32_t tile_size_;
   const std::size_t planes_;
-  const std::int32_t first_column_, first_row_, columns_, rows_;  // of the grid
+  const std::int32_t first_column_, first_row_, columns_, rows_;  // place and size in the grid
   const std::vector<std::size_t> marked_;
   std::vector<bool> there_;
   /// The part of a plane that is in memory: rows of the crop's width.
   struct Band {
-    std::int32_t row = -1;  // of tiles
+    std::int32_t tile_row = -1;
     std::vector<float> values;
   };
   std::vector<Band> bands_;

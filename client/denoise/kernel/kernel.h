@@ -18,10 +18,10 @@ inline constexpr float kMostVariance = 4;
 
 struct StatisticalTask {
   int width = 0, height = 0;
-  int radius = 0;      // of the window
+  int window_radius = 0;
   float critical = 0;  // the test's bound on the square of the difference over its variance
   PlaneView first[3] = {}, second[3] = {};  // means of the halves
-  PlaneView variance[3] = {};               // of a half's mean
+  PlaneView variance[3] = {};               // variance of a half's mean
   PlaneView usual[3] = {};                  // variance about the pixel
   PlaneView inside = {};                    // 1 in the picture, 0 in its margin
   int guides = 0;
@@ -50,13 +50,13 @@ struct PatchTask {
   int channels = 0;
   PlaneView value[3] = {}, variance[3] = {};
   PlaneView usual[3] = {};  // variance about the pixel
-  int radius = 0;           // of the patch
+  int patch_radius = 0;
 };
 
 /// The mean over the patch, and over channels, of the squared difference of pixels x + dx, y + dy and x, y,
 /// less what noise makes of it, in units of the noise [Rousselle et al. 2012], for x in [0, count), 16 at a
-/// time. `scratch`: (2 * radius + 1) rows of count + 48 floats, those of y - radius ... y + radius at row %
-/// (2 * radius + 1); rows from y + radius - `fresh` + 1 on are made anew.
+/// time. `scratch`: (2 * r + 1) rows of count + 48 floats, r being the patch's radius, those of y - r ...
+/// y + r at row % (2 * r + 1); rows from y + r - `fresh` + 1 on are made anew.
 using PatchRow = void (*)(const PatchTask& task, int y, int dx, int dy, int count, int fresh, float* scratch,
                           float* out);
 

@@ -11,11 +11,11 @@ using lanes::load;
 void pixel_row(const PatchTask& task, int y, int dx, int dy, int count, float* out) {
   constexpr float kLeast = 1e-10f;  // of a variance
   const float share = 1.0f / static_cast<float>(task.channels);
-  for (int x = 0; x < count + 2 * task.radius; x += kLanes) {
+  for (int x = 0; x < count + 2 * task.patch_radius; x += kLanes) {
     Lanes sum = {};
     for (int c = 0; c < task.channels; ++c) {
       const auto at = [&](const PlaneView& plane, int right, int down) {
-        return load(plane.pixels + (y + down) * plane.stride + x - task.radius + right);
+        return load(plane.pixels + (y + down) * plane.stride + x - task.patch_radius + right);
       };
       const Lanes difference = at(task.value[c], dx, dy) - at(task.value[c], 0, 0);
       const Lanes p = lanes::smaller(at(task.variance[c], 0, 0), kMostVariance * at(task.usual[c], dx, dy));
@@ -31,8 +31,8 @@ void pixel_row(const PatchTask& task, int y, int dx, int dy, int count, float* o
 
 void patch_row(const PatchTask& task, int y, int dx, int dy, int count, int fresh, float* scratch,
                float* out) {
-  const int side = 2 * task.radius + 1, row_floats = count + 48;
-  for (int row = y + task.radius - fresh + 1; row <= y + task.radius; ++row)
+  const int side = 2 * task.patch_radius + 1, row_floats = count + 48;
+  for (int row = y + task.patch_radius - fresh + 1; row <= y + task.patch_radius; ++row)
     pixel_row(task, row, dx, dy, count, scratch + (row + kMarginRows) % side * row_floats);
   const float share = 1.0f / static_cast<float>(side * side);
   float columns[kLanes + 2 * kMaxPatchRadius + kLanes];

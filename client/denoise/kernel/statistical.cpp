@@ -50,8 +50,8 @@ struct Sums {
 void statistical_row(const StatisticalTask& task, int y) {
   for (int x = 0; x < task.width; x += kLanes) {
     Sums sums;
-    for (int dy = -task.radius; dy <= task.radius; ++dy) {
-      for (int dx = -task.radius; dx <= task.radius; ++dx) add(task, x, y, dx, dy, sums);
+    for (int dy = -task.window_radius; dy <= task.window_radius; ++dy) {
+      for (int dx = -task.window_radius; dx <= task.window_radius; ++dx) add(task, x, y, dx, dy, sums);
     }
     // A pixel is equal to itself: weights are at least 1.
     for (int c = 0; c < 3; ++c) {

@@ -30,7 +30,7 @@ class ChunkWriter {
   /// Writes the chunk that begins at line `y` of the film. Throws WriteError, here and below.
   void write_lines(std::int32_t y);
   struct Tile {
-    std::int32_t x, y, level;  // in tiles
+    std::int32_t x, y, level;  // x and y count tiles
   };
   void write_tile(const Tile& tile);
 

@@ -18,13 +18,13 @@ LevelWriter::LevelWriter(ChunkWriter& chunks, const ExrPart& part, std::int32_t 
 void LevelWriter::add(std::size_t number, const Row& row) {
   Level& level = levels_[number];
   level.band.push_back(row);
-  ++level.rows;
-  if (static_cast<std::int32_t>(level.band.size()) == tile_size_ || level.rows == level.height)
+  ++level.rows_added;
+  if (static_cast<std::int32_t>(level.band.size()) == tile_size_ || level.rows_added == level.height)
     write_band(number);
   if (number + 1 == levels_.size()) return;
   if (level.height == 1) {
     add(number + 1, halved(level, row, row));
-  } else if (level.rows % 2 == 1) {
+  } else if (level.rows_added % 2 == 1) {
     level.above = row;
   } else {
     add(number + 1, halved(level, level.above, row));
@@ -33,7 +33,7 @@ void LevelWriter::add(std::size_t number, const Row& row) {
 
 void LevelWriter::write_band(std::size_t number) {
   Level& level = levels_[number];
-  const std::int32_t y = (level.rows - 1) / tile_size_;
+  const std::int32_t y = (level.rows_added - 1) / tile_size_;
   for (std::int32_t x = 0; x * tile_size_ < level.width; ++x) {
     const auto begin = static_cast<std::size_t>(x * tile_size_);
     const auto width = static_cast<std::size_t>(std::min(tile_size_, level.width - x * tile_size_));

@@ -19,10 +19,10 @@ class LevelWriter {
   void add(const std::vector<std::vector<float>>& row) { add(0, row); }
 
  private:
-  using Row = std::vector<std::vector<float>>;  // of each channel
+  using Row = std::vector<std::vector<float>>;  // one of each channel
   struct Level {
     std::int32_t width, height;
-    std::int32_t rows = 0;    // that have come
+    std::int32_t rows_added = 0;
     std::vector<Row> band{};  // those that are not written
     Row above{};              // the first of a pair of rows
   };

@@ -11,10 +11,10 @@
 namespace tessera::client {
 
 struct PartChannel {
-  std::string name;       // in the file
-  std::size_t plane = 0;  // of the image
+  std::string name;       // name in the file
+  std::size_t plane = 0;  // plane of the image
   bool half = false;
-  bool averages = true;  // in mip levels; else numbers, of which one is taken
+  bool averages = true;  // mip levels have means; else they take one of the numbers
 
   std::size_t bytes() const { return half ? 2 : 4; }
 };
