@@ -19,7 +19,7 @@ class LevelWriter {
   void add(const std::vector<std::vector<float>>& row) { add(0, row); }
 
  private:
-  using Row = std::vector<std::vector<float>>;  // one of each channel
+  using Row = std::vector<std::vector<float>>;  // values of the row, for each channel
   struct Level {
     std::int32_t width, height;
     std::int32_t rows_added = 0;

@@ -19,15 +19,15 @@ namespace tessera::client::gltf {
 struct Context {
   Diagnostics diagnostics;
   std::string file_name;
-  std::filesystem::path folder;  // that relative names of files begin at
+  std::filesystem::path folder;  // folder that relative names of files begin at
   BlobCollector blobs;
   v1::Scene scene;
   Json document;
-  std::string_view binary_chunk;  // of a .glb
+  std::string_view glb_binary_chunk;
   GltfOptions options;
   bool is_converted = false;        // made by a converter: of sound numbers, but not all that glTF demands
-  std::uint64_t elements_left = 0;  // that may still be read: many accessors may share few bytes
-  std::uint64_t pixels_left = std::uint64_t{1} << 28;  // of images that may still be changed
+  std::uint64_t elements_left = 0;  // those that may still be read: many accessors may share few bytes
+  std::uint64_t pixels_left = std::uint64_t{1} << 28;  // pixels of images that may still be changed
 
   /// Messages have the file and the place in it: "scene.gltf: /meshes/0/primitives/1: ...".
   void error(std::string_view place, const std::string& message) {

@@ -7,10 +7,10 @@
 namespace tessera::client {
 
 struct GltfOptions {
-  std::string camera;                   // name or number; empty: the first of the scene
-  std::optional<double> time;           // seconds, at which animations are looked at; none: as nodes stand
-  std::string animation;                // name or number; empty: all
-  std::string variant;                  // of KHR_materials_variants; empty: the materials of the primitives
+  std::string camera;          // name or number; empty: the first of the scene
+  std::optional<double> time;  // seconds, at which animations are looked at; none: as nodes stand
+  std::string animation;       // name or number; empty: all
+  std::string variant;         // name in KHR_materials_variants; empty: the materials of the primitives
   std::optional<double> default_light;  // radiance of a white sky, where the file has no light
 };
 

@@ -77,7 +77,7 @@ void read_document(Context& context, std::string_view bytes) {
       return;
     }
     json = chunks->json;
-    context.binary_chunk = chunks->binary;
+    context.glb_binary_chunk = chunks->binary;
   }
   absl::StatusOr<Json> document = parse_json(json);
   if (!document.ok()) {

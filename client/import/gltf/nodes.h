@@ -16,7 +16,7 @@ struct Pose {
   std::optional<Imath::M44d> matrix;
   Imath::V3d translation{0, 0, 0}, scale{1, 1, 1};
   double rotation[4] = {0, 0, 0, 1};  // a quaternion, x y z w
-  std::vector<double> weights;        // of morph targets; empty: those of the mesh
+  std::vector<double> weights;        // weights of morph targets; empty: those of the mesh
 
   Imath::M44d parent_from_node() const;
 };

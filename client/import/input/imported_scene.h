@@ -25,7 +25,7 @@ struct ImportedScene {
   // Where the file has elements that may be faulty, by their messages in `scene`, and what they are:
   // "shape (lamp): ".
   std::unordered_map<const void*, Diagnostic> places = {};
-  std::string file = "";  // that it was read from
+  std::string file = "";  // file that it was read from
 };
 
 }  // namespace tessera::client

@@ -20,8 +20,8 @@ std::string IncludeStack::enter(const std::filesystem::path& path) {
 std::string IncludeStack::count_bytes(std::uint64_t bytes) {
   if (read_.insert(open_.back()).second) return "";
   bytes_again_ += bytes;
-  if (bytes_again_ <= kMostBytesAgain) return "";
-  return concat("files that are included again and again come to more than ", kMostBytesAgain, " bytes");
+  if (bytes_again_ <= kMostRereadBytes) return "";
+  return concat("files that are included again and again come to more than ", kMostRereadBytes, " bytes");
 }
 
 }  // namespace tessera::client

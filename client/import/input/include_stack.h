@@ -15,7 +15,7 @@ namespace tessera::client {
 class IncludeStack {
  public:
   static constexpr std::size_t kMostFiles = 100'000;
-  static constexpr std::uint64_t kMostBytesAgain = std::uint64_t{1} << 30;  // of files that were read before
+  static constexpr std::uint64_t kMostRereadBytes = std::uint64_t{1} << 30;
 
   /// `deepest`: files within one another, the scene's own among them.
   explicit IncludeStack(std::size_t deepest) : deepest_(deepest) {}

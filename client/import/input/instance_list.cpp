@@ -40,10 +40,11 @@ void pack_messages(Holder& holder, BlobCollector& blobs) {
 }  // namespace
 
 void InstanceList::add(const std::string& object, const MovingTransform& place) {
-  const auto [known, is_new] = numbers_.try_emplace(object, static_cast<std::uint32_t>(objects_.size()));
+  const auto [known, is_new] =
+      object_numbers_.try_emplace(object, static_cast<std::uint32_t>(objects_.size()));
   if (is_new) {
     objects_.push_back(object);
-    groups_.emplace_back();
+    groups_by_object_.emplace_back();
   }
   if (packs_ && add_packed(known->second, place)) return;
   unpacked_.push_back({known->second, place});
@@ -58,7 +59,7 @@ bool InstanceList::add_packed(std::uint32_t object, const MovingTransform& place
   const std::array<double, 16> elements = elements_of(m);
   const auto end = elements.begin() + wire::kPackedElements;
   if (!std::all_of(elements.begin(), end, wire::is_scene_number)) return false;
-  groups_[object].insert(groups_[object].end(), elements.begin(), end);
+  groups_by_object_[object].insert(groups_by_object_[object].end(), elements.begin(), end);
   return true;
 }
 
@@ -78,15 +79,15 @@ void InstanceList::write_messages(const std::function<bool(const std::string&)>&
 std::optional<v1::PackedInstances> InstanceList::pack(const std::function<bool(const std::string&)>& keeps,
                                                       BlobCollector& blobs) {
   v1::PackedInstances packed;
-  for (std::size_t i = 0; i < groups_.size(); ++i) {
-    if (!keeps(objects_[i])) groups_[i].clear();
-    if (groups_[i].empty()) continue;
+  for (std::size_t i = 0; i < groups_by_object_.size(); ++i) {
+    if (!keeps(objects_[i])) groups_by_object_[i].clear();
+    if (groups_by_object_[i].empty()) continue;
     v1::PackedInstances::Run& run = *packed.add_runs();
     run.set_object(objects_[i]);
-    run.set_count(groups_[i].size() / wire::kPackedElements);
+    run.set_count(groups_by_object_[i].size() / wire::kPackedElements);
   }
   if (packed.runs().empty()) return std::nullopt;
-  *packed.mutable_matrices() = blobs.add_bytes(wire::encode_matrices(std::move(groups_)));
+  *packed.mutable_matrices() = blobs.add_bytes(wire::encode_matrices(std::move(groups_by_object_)));
   packed.mutable_matrices()->set_path("instances.tsi");
   return packed;
 }

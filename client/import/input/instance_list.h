@@ -58,10 +58,10 @@ class InstanceList {
                                           BlobCollector& blobs);
 
   std::vector<std::string> objects_;
-  std::unordered_map<std::string, std::uint32_t> numbers_;  // of objects_
+  std::unordered_map<std::string, std::uint32_t> object_numbers_;  // places in objects_
   std::vector<Unpacked> unpacked_;
   bool packs_ = false;
-  std::vector<std::vector<double>> groups_;  // by object, kPackedElements each
+  std::vector<std::vector<double>> groups_by_object_;  // kPackedElements an instance
 };
 
 /// Packs the messages of a scene and of its objects where they are many. Those of the world stay where an

@@ -16,8 +16,9 @@ struct Context {
   Diagnostics diagnostics;
   BlobCollector blobs;
   v1::Scene scene;
-  std::filesystem::path directory;  // of the main file: all names in all files are relative to it, as in pbrt
-  int threads = 0;                  // 0: one a core
+  /// Directory of the main file: all names in all files are relative to it, as in pbrt.
+  std::filesystem::path directory;
+  int threads = 0;                                     // 0: one a core
   std::unordered_map<const void*, Diagnostic> places;  // ImportedScene::places
 
   /// Notes where an element stands, and what it is: "point light: ".

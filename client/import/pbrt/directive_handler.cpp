@@ -143,7 +143,7 @@ void DirectiveHandler::object_instance(const std::string& name, SourceLocation w
   }
   if (!object_index_.contains(name) && ++early_use_[name] <= Diagnostics::kMaxErrors)
     early_instances_.push_back({name, where});
-  (current_object_ >= 0 ? held_instances_[current_object_] : world_instances_).add(name, state_.ctm);
+  (current_object_ >= 0 ? instances_by_holder_[current_object_] : world_instances_).add(name, state_.ctm);
 }
 
 void DirectiveHandler::set_color_space(const std::string& name, SourceLocation where) {

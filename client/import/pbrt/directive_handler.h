@@ -104,8 +104,8 @@ class DirectiveHandler {
     MaterialRef material;
     MovingTransform world_from_object;
     ShapeResult needs;
-    double power = 0;       // of its area light, where that is given
-    double mean_image = 1;  // of the area light's image
+    double power = 0;       // power of its area light, where that is given
+    double mean_image = 1;  // mean luminance of the area light's image
     SourceLocation where;
     bool is_operand = false;  // of a combination
   };
@@ -161,9 +161,9 @@ class DirectiveHandler {
   int current_object_ = -1;
   std::vector<PendingShape> pending_shapes_;
   InstanceList world_instances_;
-  std::map<int, InstanceList> held_instances_;    // by the object that holds them
-  std::vector<EarlyInstance> early_instances_;    // kMaxErrors of each object at most
-  std::map<std::string, std::size_t> early_use_;  // how many of them there are
+  std::map<int, InstanceList> instances_by_holder_;  // objects that hold others
+  std::vector<EarlyInstance> early_instances_;       // kMaxErrors of each object at most
+  std::map<std::string, std::size_t> early_use_;     // how many of them there are
   std::optional<OpenCurves> open_curves_;
   struct NamedMedium {
     v1::Medium message;

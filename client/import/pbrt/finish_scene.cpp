@@ -114,12 +114,12 @@ void DirectiveHandler::place_instances() {
   };
   // Objects follow those that they hold.
   for (int i = 0; i < objects.size(); ++i) {
-    const auto held = held_instances_.find(i);
-    empty[at(i)] = objects[i].shapes().empty() &&
-                   (held == held_instances_.end() || std::ranges::none_of(held->second.objects(), is_there));
+    const auto held = instances_by_holder_.find(i);
+    empty[at(i)] = objects[i].shapes().empty() && (held == instances_by_holder_.end() ||
+                                                   std::ranges::none_of(held->second.objects(), is_there));
   }
   mark_used(world_instances_);
-  for (auto held = held_instances_.rbegin(); held != held_instances_.rend(); ++held) {
+  for (auto held = instances_by_holder_.rbegin(); held != instances_by_holder_.rend(); ++held) {
     if (used[at(held->first)]) mark_used(held->second);
   }
   const auto place = [&](InstanceList& instances, auto& holder) {
@@ -127,7 +127,7 @@ void DirectiveHandler::place_instances() {
     instances.move_to(holder, is_there, context_.blobs);
   };
   place(world_instances_, context_.scene);
-  for (auto& [holder, instances] : held_instances_) {
+  for (auto& [holder, instances] : instances_by_holder_) {
     if (used[at(holder)]) place(instances, *context_.scene.mutable_objects(holder));
   }
   std::erase_if(pending_shapes_,
@@ -200,7 +200,7 @@ void DirectiveHandler::resolve_powers() {
     }
     const double scale = light.has_scale() ? light.scale() : 1;
     light.set_scale(static_cast<float>(scale * pending.power * lights / emitted));
-    if (!area.equal_triangles) {
+    if (!area.triangles_of_equal_area) {
       context_.diagnostics.warning(
           pending.where,
           "\"power\" is spread evenly over the mesh; pbrt-v4 gives the same to each triangle, "

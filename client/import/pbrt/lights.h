@@ -14,7 +14,7 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
 /// A diffuse emitter, before it is bound to a shape.
 struct AreaLightInput {
   v1::AreaLight light;
-  double power = 0;       // of each shape, in place of a radiance; 0: none
+  double power = 0;       // power of each shape, in place of a radiance; 0: none
   double mean_image = 1;  // mean luminance of its image
   SourceLocation where;
 };

@@ -17,8 +17,9 @@ struct PlyAttribute {
   bool per_face = false;
   std::vector<float> values;  // `channels` a vertex or triangle
 
-  std::vector<int> properties;  // of the PLY element, one a channel
-  int integer_bits = 0;         // of integer properties: they stand for sRGB colours from 0 to all ones
+  std::vector<int> properties;  // numbers of the PLY element's properties, one a channel
+  /// Bits of integer properties, which stand for sRGB colours from 0 to all ones; 0: they are floats.
+  int integer_bits = 0;
 
   /// The values of one face, once for each of its `triangles`.
   void append(const std::vector<double>& properties_of_face, std::size_t triangles);

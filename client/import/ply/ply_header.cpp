@@ -81,7 +81,7 @@ std::string read_property(const Words& words, PlyHeader& header) {
     if (!count_type || !is_integer(*count_type)) {
       return concat("expected an integer type for the length of the list, found \"", words[2], "\"");
     }
-    property.count_type = *count_type;
+    property.list_count_type = *count_type;
   }
   header.elements.back().properties.push_back(std::move(property));
   return "";
@@ -111,7 +111,7 @@ std::size_t PlyElement::min_bytes(PlyFormat format) const {
   if (format == PlyFormat::kAscii) return 2 * properties.size();  // a digit and a separator
   std::size_t bytes = 0;
   for (const PlyProperty& property : properties)
-    bytes += byte_size(property.is_list ? property.count_type : property.type);
+    bytes += byte_size(property.is_list ? property.list_count_type : property.type);
   return bytes;
 }
 
@@ -122,18 +122,18 @@ absl::StatusOr<PlyHeader> read_ply_header(std::string_view bytes) {
   while (true) {
     const std::size_t end = text.find('\n', header.data_offset);
     if (end == std::string_view::npos) {
-      return absl::InvalidArgumentError(header.line_count == 0
+      return absl::InvalidArgumentError(header.header_lines == 0
                                             ? "line 1: not a PLY file: it does not begin with \"ply\""
                                             : "the header has no \"end_header\"");
     }
     std::string_view line = text.substr(header.data_offset, end - header.data_offset);
     header.data_offset = end + 1;
-    ++header.line_count;
+    ++header.header_lines;
     if (line.ends_with('\r')) line.remove_suffix(1);
     const Words words = split(line);
 
     std::string problem;
-    if (header.line_count == 1) {
+    if (header.header_lines == 1) {
       if (line != "ply") problem = "not a PLY file: it does not begin with \"ply\"";
     } else if (words.empty() || words[0] == "comment" || words[0] == "obj_info") {
       continue;
@@ -151,7 +151,7 @@ absl::StatusOr<PlyHeader> read_ply_header(std::string_view bytes) {
       problem = concat("expected format, element, property, comment or end_header, found \"", words[0], "\"");
     }
     if (!problem.empty())
-      return absl::InvalidArgumentError(concat("line ", header.line_count, ": ", problem));
+      return absl::InvalidArgumentError(concat("line ", header.header_lines, ": ", problem));
   }
 }
 

@@ -21,7 +21,7 @@ struct PlyProperty {
   std::string name;
   PlyType type = PlyType::kFloat32;
   bool is_list = false;
-  PlyType count_type = PlyType::kUint8;  // of a list
+  PlyType list_count_type = PlyType::kUint8;
 };
 
 struct PlyElement {
@@ -40,8 +40,8 @@ struct PlyElement {
 struct PlyHeader {
   PlyFormat format = PlyFormat::kAscii;
   std::vector<PlyElement> elements;
-  std::size_t data_offset = 0;   // of the first byte after the header
-  std::uint32_t line_count = 0;  // of the header
+  std::size_t data_offset = 0;  // offset of the first byte after the header
+  std::uint32_t header_lines = 0;
 };
 
 /// InvalidArgument with "line N: ..." for what is not a PLY header.

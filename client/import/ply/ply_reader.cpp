@@ -56,7 +56,7 @@ class PlyCursor {
       : begin_(bytes.data()),
         p_(bytes.data() + header.data_offset),
         end_(bytes.data() + bytes.size()),
-        line_(header.line_count + 1),
+        line_(header.header_lines + 1),
         format_(header.format) {}
 
   bool is_ascii() const { return format_ == PlyFormat::kAscii; }
@@ -158,7 +158,7 @@ class PlyMeshReader {
       return cursor_.read(property.type, value) ? absl::OkStatus()
                                                 : fail_element(element, index, "the data end here");
     }
-    if (!cursor_.read(property.count_type, value) || !(value >= 0)) {
+    if (!cursor_.read(property.list_count_type, value) || !(value >= 0)) {
       return fail_element(element, index, "expected the length of a list");
     }
     const auto length = static_cast<std::uint64_t>(value);
@@ -331,7 +331,7 @@ absl::Status PlyMeshReader::read_faces(const PlyElement& element) {
         continue;
       }
       double length = 0;
-      if (!cursor_.read(property.count_type, length) || !(length >= 0) || length > 1e9) {
+      if (!cursor_.read(property.list_count_type, length) || !(length >= 0) || length > 1e9) {
         return fail_element(element, i, "expected the number of its vertices");
       }
       polygon_.clear();
@@ -358,7 +358,7 @@ absl::Status PlyMeshReader::read_faces(const PlyElement& element) {
 bool PlyMeshReader::read_packed_triangles(const PlyElement& element, const PlyProperty& list) {
   constexpr std::size_t kRecord = 1 + 3 * sizeof(std::uint32_t);
   const bool packed = header_.format == PlyFormat::kBinaryLittleEndian && element.properties.size() == 1 &&
-                      byte_size(list.count_type) == 1 && byte_size(list.type) == sizeof(std::uint32_t);
+                      byte_size(list.list_count_type) == 1 && byte_size(list.type) == sizeof(std::uint32_t);
   if (!packed || element.count > cursor_.remaining() / kRecord || element.count > kMaxTriangles) return false;
   const char* in = cursor_.position();
   for (std::uint64_t i = 0; i < element.count; ++i) {

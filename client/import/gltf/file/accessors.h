@@ -25,7 +25,7 @@ enum class Component : int {
 
 struct Accessor {
   std::size_t count = 0;
-  int components = 0;  // of an element, 1 to 16
+  int components = 0;  // components of an element, 1 to 16
   Component component = Component::kFloat;
   bool normalized = false;
   std::string format;  // "VEC3 f32", "VEC4 u8n": normalized integers end with n

@@ -58,10 +58,10 @@ void BufferTable::open(std::size_t index) {
   const Json* uri_member = member(&buffer, "uri");
   std::string_view bytes;
   if (uri_member == nullptr) {
-    if (index > 0 || context_.binary_chunk.empty()) {
+    if (index > 0 || context_.glb_binary_chunk.empty()) {
       return;  // what views have of it is reported there: compressed ones have nothing
     }
-    bytes = context_.binary_chunk;
+    bytes = context_.glb_binary_chunk;
   } else if (const auto& uri = uri_member->get_ref<const std::string&>(); is_data_uri(uri)) {
     absl::StatusOr<std::string> decoded = decode_data_uri(uri);
     if (!decoded.ok()) {

@@ -41,7 +41,7 @@ struct Member {
 };
 
 struct Schema {
-  const char* name;  // of extensions: "material/KHR_materials_ior"
+  const char* name;  // an extension's: "material/KHR_materials_ior"
   std::span<const Member> members;
 };
 

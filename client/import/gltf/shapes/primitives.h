@@ -16,14 +16,14 @@ namespace tessera::client::gltf {
 /// Vertices of a primitive, in the space of its node, or of the world where a skin placed them.
 struct Primitive {
   wire::MeshData mesh;
-  std::vector<float> colors, alphas;  // of vertices, empty where there are none
+  std::vector<float> colors, alphas;  // values at vertices, empty where there are none
 
   Vertices vertices() const { return {!mesh.uvs.empty(), !colors.empty(), !alphas.empty()}; }
 };
 
 /// The bending of a mesh on a node: none where both are empty.
 struct Deformation {
-  std::vector<double> weights;                // of the morph targets
+  std::vector<double> weights;                // weights of the morph targets
   std::vector<Imath::M44d> world_from_joint;  // inverse bind matrices included; empty: no skin
 };
 

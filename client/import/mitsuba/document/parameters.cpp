@@ -45,8 +45,8 @@ std::string Parameters::substitute(std::string& text) {
       return concat("there is no parameter $", rest.substr(0, end),
                     ": expected a <default> or a definition for it");
     }
-    characters_ += best->second.value.size();
-    if (characters_ > kMostCharacters)
+    substituted_characters_ += best->second.value.size();
+    if (substituted_characters_ > kMostCharacters)
       return concat("the values of parameters come to more than ", kMostCharacters, " characters");
     result += best->second.value;
     best->second.used = true;

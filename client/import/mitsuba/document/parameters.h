@@ -32,7 +32,7 @@ class Parameters {
     bool used = false;
   };
   std::map<std::string, Entry> entries_;
-  std::size_t characters_ = 0;  // of all values that were put in place of names
+  std::size_t substituted_characters_ = 0;
 };
 
 }  // namespace tessera::client::mitsuba

@@ -52,7 +52,7 @@ struct Object {
   std::string id;
   SourceLocation where;
   std::vector<Property> properties;  // in the order of the file
-  bool is_read = false;              // by a PropertyReader: a property that nobody asked for has no effect
+  bool is_read = false;  // a PropertyReader took it: a property that nobody asked for has no effect
 
   /// For messages: bsdf "diffuse".
   std::string title() const;

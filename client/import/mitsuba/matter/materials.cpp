@@ -42,12 +42,12 @@ std::string MaterialTable::use(Object& bsdf, const Wrapping& wrapping) {
   if (known != names_.end()) return known->second;
   // Where wrappers share what they wrap, the ways through them may double with every level.
   const std::size_t most = 4096 + 16 * context_.document.objects.size();
-  if (names_.size() >= most && !std::exchange(too_many_, true)) {
+  if (names_.size() >= most && !std::exchange(too_many_names_, true)) {
     context_.diagnostics.error(
         bsdf.where, concat("the ", bsdf.title(), " and other bsdfs are shared by so many masks, maps and ",
                            "blends of one another that they make more than ", most, " materials"));
   }
-  if (too_many_) return "";
+  if (too_many_names_) return "";
   return names_[key] = write(bsdf, wrapping);
 }
 

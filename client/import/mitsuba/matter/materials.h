@@ -41,7 +41,7 @@ class MaterialTable {
   Context& context_;
   TextureTable& textures_;
   std::map<Key, std::string> names_;
-  bool too_many_ = false;  // of these; reported
+  bool too_many_names_ = false;  // true once it was reported
   std::set<std::string> taken_;
 };
 

@@ -31,7 +31,7 @@ class MeshTable {
   struct Job {
     Format format;
     std::filesystem::path path;
-    std::int64_t index = 0;  // of a mesh in a serialized file
+    std::int64_t index = 0;  // number of the mesh in a serialized file
     bool flip_v = false;
     bool face_normals = false;
     Imath::M44d placement;  // for normals that depend on it

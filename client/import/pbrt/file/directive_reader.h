@@ -76,7 +76,7 @@ class DirectiveReader {
 
   Context& context_;
   DirectiveHandler& builder_;
-  Tokenizer* tokenizer_ = nullptr;  // of the file that is being read
+  Tokenizer* tokenizer_ = nullptr;  // reads the current file
   Token lookahead_;
   bool has_lookahead_ = false;
   IncludeStack files_{64};

@@ -43,8 +43,8 @@ struct Parameter {
   std::string name;
   SourceLocation where;
   std::vector<double> numbers;                 // bools are 0 and 1
-  std::vector<std::string> strings;            // of strings, textures, named spectra and spectrum files
-  ColorSpace color_space = ColorSpace::kSrgb;  // that its RGB values are in
+  std::vector<std::string> strings;            // strings, textures, named spectra and spectrum files
+  ColorSpace color_space = ColorSpace::kSrgb;  // space that its RGB values are in
   bool used = false;
 };
 

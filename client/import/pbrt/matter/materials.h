@@ -35,7 +35,7 @@ class MaterialTable {
  private:
   enum class State { kDefined, kInProgress, kDone };
   struct Entry {
-    std::string name;  // in the scene
+    std::string name;  // name in the scene
     std::string type;
     ParameterList parameters;
     State state = State::kDefined;

@@ -143,7 +143,7 @@ SurfaceArea mesh_area(const wire::MeshView& mesh, const Imath::M44d& world_from_
     largest = std::max(largest, one);
   }
   area.triangles = mesh.indices.size() / 3;
-  area.equal_triangles =
+  area.triangles_of_equal_area =
       largest - smallest <= 1e-4 * largest;  // the roundings of vertices given with five digits
   return area;
 }

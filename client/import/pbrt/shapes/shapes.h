@@ -11,10 +11,10 @@ namespace tessera::client::pbrt {
 /// Parts that a shape still needs when its message is written.
 struct ShapeResult {
   bool kept = false;          // false: left out, with a warning, or after an error
-  std::string ply_file;       // of a plymesh, as the scene names it
+  std::string ply_file;       // file of a plymesh, as the scene names it
   std::string alpha_texture;  // which may be defined further on in the file
-  std::size_t triangles_per_light =
-      1;  // of a mesh that emits: pbrt-v4 makes a light of each triangle or patch
+  /// Set for a mesh that emits: pbrt-v4 makes a light of each triangle or patch.
+  std::size_t triangles_per_light = 1;
 };
 
 /// Fills in the geometry of a shape of `type` (any but "curve"), and its alpha where that is constant.
@@ -24,9 +24,9 @@ ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape&
 void finish_shape(ValueReader& values, v1::Shape& shape, ShapeResult& result);
 
 struct SurfaceArea {
-  double total = 0;             // in world space
-  std::size_t triangles = 1;    // of a mesh
-  bool equal_triangles = true;  // in area
+  double total = 0;           // in world space
+  std::size_t triangles = 1;  // triangles of a mesh
+  bool triangles_of_equal_area = true;
 };
 
 /// Meshes are looked up in the blobs. Exact for boxes and polygons, and for spheres, disks and cylinders
