@@ -228,7 +228,8 @@ void add_query_command(CommandLine& line) {
                    "defects of meshes and their places: open and crowded edges, triangles that are wound "
                    "against others, without area, or there twice");
   command.group("How");
-  command.add("--time", options->geometry.time, "of the shutter, from 0 (it opens) to 1, for what moves")
+  command
+      .add("--time", options->geometry.shutter_time, "of the shutter, from 0 (it opens) to 1, for what moves")
       .in_range(0, 1)
       .with_default();
   command

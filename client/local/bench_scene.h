@@ -41,7 +41,7 @@ struct BenchRender {
 
 /// Rays of one kind, traced with no shading at all.
 struct BenchRays {
-  std::uint64_t count = 0, nodes = 0, primitives = 0;  // with what they visited; none is known of Embree's
+  std::uint64_t count = 0, nodes = 0, primitives = 0;  // rays, and what they visited: not known of Embree
   double cpu_seconds = 0;
 };
 

@@ -128,7 +128,9 @@ absl::StatusOr<std::unique_ptr<GeometryQuery>> GeometryQuery::load(const v1::Job
   std::vector<std::string> warnings;
   auto scene = render::load_query(
       message, spec, [&](const std::string& digest) { return source.bytes(digest); },
-      {.isa = spec.farm().isa(), .time = static_cast<float>(options.time), .threads = options.threads},
+      {.isa = spec.farm().isa(),
+       .time = static_cast<float>(options.shutter_time),
+       .threads = options.threads},
       warnings);
   if (!scene.ok()) return scene.status();
   std::unique_ptr<GeometryQuery> self(new GeometryQuery(*std::move(scene)));

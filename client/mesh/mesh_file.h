@@ -12,7 +12,7 @@ namespace tessera::client {
 
 struct LitMesh {
   std::vector<std::array<float, 3>> positions;
-  std::vector<std::array<float, 3>> radiosity;  // of each, R, G, B, W/m^2
+  std::vector<std::array<float, 3>> radiosity;  // radiosity of each vertex, R, G, B, W/m^2
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 

@@ -21,7 +21,7 @@ struct PilotFrame {
 /// Samples [sample_begin, sample_end) of each pixel, with a seed of their own: pictures of one candidate are
 /// independent.
 struct PilotImage {
-  std::vector<float> values;  // of all pixels red, then green, then blue; rows from the top
+  std::vector<float> values;  // red of all pixels, then green, then blue; rows from the top
   std::uint32_t sample_begin = 0, sample_end = 0;
   double cpu_seconds = 0;
 

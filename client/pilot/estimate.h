@@ -13,18 +13,18 @@ namespace tessera::client {
 /// One part of a job, rendered.
 struct PartCost {
   double cpu_seconds = 0;  // for all of the part's samples
-  double samples = 0;      // that all of its pixels take together
+  double samples = 0;      // those that all of its pixels take together
   double capped = 0;       // pixels that take all samples they may
   double spent = 0;        // CPU seconds of finding out
 };
 
 struct SurveyPlan {
-  std::size_t parts = 1;       // that the job has
+  std::size_t parts = 1;       // parts of the job
   bool whole = true;           // parts are rendered with all of their samples
   double wanted_error = 0.05;  // standard error of the cost, as a share of it, at which the survey ends
-  double cpu_seconds = 60;     // at most, but for the first parts
+  double cpu_seconds = 60;     // upper bound, but for the first parts
   int threads = 1;
-  std::uint64_t seed = 0;  // which parts are chosen
+  std::uint64_t seed = 0;  // decides which parts are chosen
 };
 
 /// The parts of a survey before anything is told of its error.
@@ -35,7 +35,7 @@ struct JobEstimate {
   double cpu_seconds = 0, cpu_error = 0;
   double samples = 0, samples_error = 0;
   double capped = 0;
-  std::size_t parts = 0;      // that were rendered
+  std::size_t parts = 0;      // rendered parts
   double survey_seconds = 0;  // CPU time of that
 };
 

@@ -15,7 +15,7 @@ namespace tessera::client {
 struct Judgement {
   double cpu_seconds = 0;
   double variance = 0;
-  double bias2 = 0;         // of what its mean lacks, or blurs
+  double bias2 = 0;         // square of what its mean lacks, or blurs
   double uncertainty = 0;   // standard error of the logarithm of the efficiency
   std::string lacks_light;  // the candidate that sees light which this one lacks; empty: none
   /// The candidate with more ways to find light that yet varies more: this one, which cannot be better, has

@@ -52,9 +52,9 @@ struct PilotEntry {
 
 struct PilotOutcome {
   struct Entry {
-    Judgement judgement;        // where there are images
+    Judgement judgement;        // set where there are images
     std::uint32_t images = 0;   // 0: not judged
-    std::uint32_t samples = 0;  // of an image
+    std::uint32_t samples = 0;  // samples of an image
     bool dropped = false;       // clearly worse before the end, or refused
     std::string refusal;        // why it cannot render the scene, or is not to
     bool is_blind = false;      // it is left out, since others find light that it never does

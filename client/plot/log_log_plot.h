@@ -16,7 +16,7 @@ struct PlotPoint {
 };
 
 struct PlotSeries {
-  std::string name;  // in the legend; empty: not there
+  std::string name;  // name in the legend; empty: not there
   std::vector<PlotPoint> points;
   std::optional<std::size_t> color =
       std::nullopt;  // series of one number look alike; absent: its place in the list
