@@ -16,7 +16,7 @@
 namespace tessera::layers {
 
 struct Layer {
-  std::string name;        // of the picture's channels: NAME.R, NAME.G, NAME.B
+  std::string name;        // begins the names of the picture's channels: NAME.R, NAME.G, NAME.B
   std::string expression;  // and more: layer_rule.h
 };
 

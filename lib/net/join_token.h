@@ -12,7 +12,7 @@ namespace tessera::net {
 /// Token, as text "tessera-join:PORT:DIGEST:SECRET". Whoever has it may become a worker of the farm, for as
 /// long as the coordinator accepts it.
 struct JoinToken {
-  std::uint16_t port = 0;        // of the coordinator's JoinService
+  std::uint16_t port = 0;        // port of the coordinator's JoinService
   std::string authority_digest;  // SHA-256 of the certificate of the farm's authority, 64 hexadecimal digits
   std::string secret;            // kSecretDigits hexadecimal digits
 

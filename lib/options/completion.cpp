@@ -166,7 +166,7 @@ std::vector<std::string> value_words(const CommandSpec& command, const OptionSpe
   if (!option.completions.empty()) return option.completions;
   if (!option.choices.empty()) return option.choices;
   std::vector<std::string> words;
-  for (const Choice& choice : option.listed) words.push_back(choice.name);
+  for (const Choice& choice : option.listed_choices) words.push_back(choice.name);
   return words;
 }
 

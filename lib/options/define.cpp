@@ -124,7 +124,7 @@ Option Option::completing(std::vector<std::string> words) {
 }
 
 Option Option::listing(std::vector<Choice> choices) {
-  spec_->listed = std::move(choices);
+  spec_->listed_choices = std::move(choices);
   return *this;
 }
 

@@ -36,10 +36,10 @@ std::string page_of(const OptionSpec& option) {
   if (option.range)
     absl::StrAppendFormat(&page, "\nfrom %.15g to %.15g\n", option.range->first, option.range->second);
   if (!option.shown_default.empty()) absl::StrAppend(&page, "\ndefault: ", option.shown_default, "\n");
-  if (option.listed.empty() && !option.completions.empty())
+  if (option.listed_choices.empty() && !option.completions.empty())
     absl::StrAppend(&page, "\n", wrapped(absl::StrJoin(option.completions, ", "), 0), "\n");
-  if (!option.listed.empty()) page += "\n";
-  for (const Choice& choice : option.listed)
+  if (!option.listed_choices.empty()) page += "\n";
+  for (const Choice& choice : option.listed_choices)
     absl::StrAppend(&page, help_line(choice.name, choice.meaning, kRight));
   return page;
 }
@@ -61,9 +61,9 @@ std::string right_of(const OptionSpec& option) {
       !names.empty() && option.description.find(names[0]) == std::string::npos) {
     remarks.push_back(absl::StrJoin(names, ", "));
   }
-  if (!option.listed.empty()) {
+  if (!option.listed_choices.empty()) {
     const auto name_of = [](std::string* out, const Choice& choice) { out->append(choice.name); };
-    remarks.push_back(absl::StrJoin(option.listed, ", ", name_of));
+    remarks.push_back(absl::StrJoin(option.listed_choices, ", ", name_of));
   }
   if (option.range && option.range->second < kFarBound)
     remarks.push_back(absl::StrFormat("%.15g to %.15g", option.range->first, option.range->second));

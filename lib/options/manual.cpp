@@ -39,9 +39,10 @@ std::string options_of(const CommandSpec& command) {
       if (other->is_argument() || other->group != option->group) continue;
       const std::string left = left_of(*other);
       absl::StrAppend(&text, entry(std::string{absl::StripLeadingAsciiWhitespace(left)}, right_of(*other)));
-      if (other->listed.empty()) continue;
+      if (other->listed_choices.empty()) continue;
       text += ".RS\n";
-      for (const Choice& choice : other->listed) absl::StrAppend(&text, entry(choice.name, choice.meaning));
+      for (const Choice& choice : other->listed_choices)
+        absl::StrAppend(&text, entry(choice.name, choice.meaning));
       text += ".RE\n";
     }
   }

@@ -15,7 +15,7 @@ struct Program::Parts {
   std::string version, footer;
   std::string group = "Commands";
   CommandSpec root;  // its options are used where there are no commands
-  std::vector<std::pair<std::string, std::unique_ptr<CommandSpec>>> commands;  // by name
+  std::vector<std::pair<std::string, std::unique_ptr<CommandSpec>>> commands;  // name, command
   CommandSpec* chosen = nullptr;
   DefaultsReader defaults;
 

@@ -122,7 +122,7 @@ struct Outcome {
 /// environment, says goes before it.
 struct FileValue {
   std::string option;    // "--spp"
-  std::string text;      // of a flag "true" or "false"
+  std::string text;      // a flag has "true" or "false"
   std::string place;     // "config.toml:3"
   bool expected = true;  // an error where the command has no such option
 };

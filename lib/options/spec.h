@@ -29,12 +29,12 @@ struct OptionSpec {
   bool commas = false;
   std::optional<std::pair<double, double>> range;
   std::vector<std::string> choices;
-  std::vector<Choice> listed;  // by --help, below the description
+  std::vector<Choice> listed_choices;  // --help lists them below the description
   std::vector<std::string> completions;
   std::vector<const OptionSpec*> excludes, needs;
   std::vector<std::function<std::string(const std::string&)>> checks;
   std::function<absl::Status(const std::string&)> take;  // one value
-  std::function<void()> clear;                           // of a list: what was there by default
+  std::function<void()> clear;                           // empties a list of its default
   std::function<std::string()> show;                     // the value as text
   std::vector<std::string> given = {};                   // values as the command line has them; "" for a flag
 
@@ -55,7 +55,7 @@ struct CommandSpec {
   std::vector<std::unique_ptr<OptionSpec>> options;
   std::string current_group = "Options";
   std::function<int()> action;
-  std::vector<std::string> notices;  // of names that are given and were replaced
+  std::vector<std::string> notices;  // one for each name that is given and was replaced
 
   OptionSpec* find(std::string_view name) const;
   /// The option that --set gives by this name; null where there is none.

@@ -14,7 +14,7 @@ class LineLimit {
 
   struct Verdict {
     bool write = false;
-    int left_out = 0;  // in the minute before this line's
+    int left_out = 0;  // lines left out in the minute before this one's
   };
   Verdict count(std::chrono::steady_clock::time_point now = std::chrono::steady_clock::now()) {
     const std::lock_guard lock{mutex_};

@@ -18,7 +18,7 @@ namespace tessera::telemetry {
 struct LogFields {
   std::string_view job = {};
   std::optional<std::uint32_t> unit = {};
-  std::optional<std::uint32_t> attempt = {};  // with the job and the unit, names one lease
+  std::optional<std::uint32_t> attempt = {};  // names one lease, together with the job and the unit
   std::string_view worker = {};               // its name, not its registration
   std::string_view host = {};
   std::string_view user = {};

@@ -14,12 +14,12 @@
 namespace tessera::telemetry {
 
 struct LogLine {
-  std::uint64_t number = 0;  // from 1, in order
+  std::uint64_t number = 0;  // counted from 1
   std::int64_t unix_ms = 0;
   std::string level;        // "info"
   bool is_warning = false;  // or worse
   std::string message;
-  std::string job, worker, user;  // of the line's fields; empty where it has none
+  std::string job, worker, user;  // fields of the line; empty where it has none
 };
 
 /// Keeps the last kMost lines that the log's level lets through.
