@@ -50,7 +50,7 @@ struct PhaseTraits {
   const char* name;
   std::uint32_t parts = 1;
   std::uint32_t merge_width = 8;
-  const PhaseBlobCheck* check = nullptr;  // of its blobs; null: only who reads them knows what they are
+  const PhaseBlobCheck* check = nullptr;  // checks its blobs; null: only who reads them knows what they are
 };
 
 /// Settings that one algorithm alone has are the message of RenderSettings and Algorithms with its name.

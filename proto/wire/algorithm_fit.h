@@ -18,7 +18,7 @@ bool is_nothing(const v1::Shape& shape, const v1::Material* material);
 
 /// Something in a scene that a job's algorithm cannot do. Workers refuse the job, clients do so before them.
 struct Obstacle {
-  const google::protobuf::Message* element;  // in the scene
+  const google::protobuf::Message* element;  // part of the scene's message
   std::string place;                         // "light 3 (sun)"
   std::string reason;                        // behind the algorithm's name: "cannot begin at a portal"
 

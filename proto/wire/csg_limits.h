@@ -4,6 +4,6 @@
 namespace tessera::wire {
 
 inline constexpr int kMostCsgDepth = 1000;    // groups within one another
-inline constexpr int kMostCsgSolids = 65536;  // of one combination
+inline constexpr int kMostCsgSolids = 65536;  // solids of one combination
 
 }  // namespace tessera::wire

@@ -30,7 +30,7 @@ struct RenderCounts {
 };
 
 struct RenderCount {
-  const char* name;  // of the field of UnitStats
+  const char* name;  // name of the field of UnitStats
   std::variant<std::uint64_t RenderCounts::*, double RenderCounts::*> member;
   bool of_image = false;  // describes the image; else what it cost
 };

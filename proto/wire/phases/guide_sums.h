@@ -51,7 +51,7 @@ inline std::uint64_t parent(std::uint64_t key) {
 /// A number of samples and the sum of their values, in units of 1 / kGuideUnit. Sums stop at the largest
 /// number, so that their order does not matter there either.
 struct GuideSum {
-  std::uint64_t key;  // of a bin of a cell
+  std::uint64_t key;  // key of a bin of a cell
   std::uint64_t value;
   std::uint64_t count;
 

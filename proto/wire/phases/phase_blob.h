@@ -11,7 +11,7 @@ namespace tessera::wire {
 /// Describes the blob that a part or a merge of one of a job's phases makes, as far as the job says.
 struct PhaseBlob {
   std::uint32_t first_part = 0, end_part = 1;  // parts that are in it
-  std::uint32_t parts = 1;                     // of the phase
+  std::uint32_t parts = 1;                     // parts of the phase
   struct {
     std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;
   } crop;                          // pixels of the picture
