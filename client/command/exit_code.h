@@ -15,7 +15,7 @@ enum ExitCode : int {
   kJobFailed = 5,
   kIncomplete = 6,    // the image lacks samples, or could not be written
   kHoles = 7,         // the image was written, with holes where units were set aside
-  kFramesFailed = 8,  // of an animation, some frames have no whole image
+  kFramesFailed = 8,  // some frames of an animation have no whole image
   kUnwell = 9,        // doctor found something that has to be mended
   kNotDenoised = 10,  // the image was written as it was rendered, for denoising failed
   kInterrupted = 130

@@ -43,7 +43,7 @@ struct Hole {
 };
 
 struct Assembly {
-  Image image;                 // whose planes are empty where they are in `rows`
+  Image image;                 // its planes are empty where they are in `rows`
   std::unique_ptr<Rows> rows;  // null: the image has its pixels
   std::uint64_t incomplete_pixels = 0;
   std::vector<Hole> holes;  // tiles that are not whole, then rectangles that no tile covers

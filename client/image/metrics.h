@@ -31,7 +31,7 @@ struct ChannelBias {
 
 struct Comparison {
   std::int32_t width = 0, height = 0;
-  std::uint64_t non_finite_pixels = 0;  // in either image; left out of the errors and zero in the biases
+  std::uint64_t non_finite_pixels = 0;  // found in either image; left out of the errors and 0 in the biases
   // Means over pixels and channels of (T - R)^2 and of (T - R)^2 / (R^2 + epsilon) [Rousselle et al. 2011].
   double mse = 0, mse_trimmed = 0;
   double relmse = 0, relmse_trimmed = 0;

@@ -21,7 +21,7 @@ struct SceneFault {
 };
 
 struct ImportOptions {
-  int threads = 0;                             // for reading meshes; 0: one a core
+  int threads = 0;                             // threads for reading meshes; 0: one a core
   std::map<std::string, std::string> defines;  // NAME=VALUE, for formats that have parameters
   GltfOptions gltf = {};
 };

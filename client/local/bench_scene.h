@@ -35,7 +35,7 @@ struct BenchCost {
 };
 
 struct BenchRender {
-  std::vector<wire::TileResult> tiles;  // in no order
+  std::vector<wire::TileResult> tiles;  // in no particular order
   BenchCost cost;
 };
 

@@ -43,7 +43,7 @@ struct GeometryOptions {
   double shutter_time = 0;  // from 0 (it opens) to 1
   // The point of world space about which coordinates are rounded to floats; none: as when it is rendered.
   std::optional<std::array<double, 3>> origin;
-  int threads = 1;  // for building
+  int threads = 1;  // threads for building
 };
 
 class GeometryQuery {

@@ -19,8 +19,8 @@ enum class Op : std::uint8_t {
   kMultiply,
   kDivide,
   kNegate,
-  kPower,  // to a whole number
-  kPow,    // to any; of negative numbers: 0
+  kPower,  // a power with a whole exponent
+  kPow,    // a power with any exponent; of negative numbers: 0
   kSqrt,
   kSin,
   kCos,

@@ -23,8 +23,8 @@ struct ImageSize {
 struct ImagePixels {
   ImageSize size;
   bool floating_point = false;       // whether the file held floats, or integers of whatever depth
-  std::vector<std::uint32_t> bytes;  // from files of 8 bits a channel: R | G << 8 | B << 16 | A << 24
-  std::vector<float> floats;         // from all others; integers are divided by the largest of their type
+  std::vector<std::uint32_t> bytes;  // pixels of files of 8 bits a channel: R | G << 8 | B << 16 | A << 24
+  std::vector<float> floats;  // pixels of all others; integers are divided by the largest of their type
 };
 
 /// Decodes a PNG, JPEG, WebP, TGA, BMP, EXR, HDR, PFM, PNM or TIFF file. The format is told by the bytes, for

@@ -17,7 +17,7 @@ namespace tessera::layers {
 
 struct Layer {
   std::string name;        // begins the names of the picture's channels: NAME.R, NAME.G, NAME.B
-  std::string expression;  // and more: layer_rule.h
+  std::string expression;  // an expression, or more: layer_rule.h
 };
 
 /// The names that a surface has.
@@ -42,7 +42,7 @@ enum class Direction : std::uint8_t { kFromCamera, kFromLights };
 struct Automaton {
   std::int32_t states = 0, events = 0, begins = 0, ends = 0;
   std::vector<std::int32_t> begin;   // the first state, for each point that paths begin at
-  std::vector<std::int32_t> next;    // after event e in state s: next[s * events + e]
+  std::vector<std::int32_t> next;    // state after event e in state s: next[s * events + e]
   std::vector<std::int32_t> layers;  // bits of the layers of a path that ends at e: layers[s * ends + e]
 };
 

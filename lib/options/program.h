@@ -115,7 +115,7 @@ class Command {
 /// Outcome of parsing a command line.
 struct Outcome {
   std::optional<int> exit_code;  // absent: the options are set, and the program goes on
-  std::string out, err;          // to be printed
+  std::string out, err;          // text to be printed
 };
 
 /// An option's value that a file of the user has: what the command line, or else a variable of the

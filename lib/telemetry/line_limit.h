@@ -31,7 +31,7 @@ class LineLimit {
  private:
   std::mutex mutex_;
   std::chrono::steady_clock::time_point begin_;
-  int lines_ = 0;  // since begin_
+  int lines_ = 0;  // lines since begin_
 };
 
 }  // namespace tessera::telemetry

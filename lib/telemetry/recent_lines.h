@@ -17,7 +17,7 @@ struct LogLine {
   std::uint64_t number = 0;  // counted from 1
   std::int64_t unix_ms = 0;
   std::string level;        // "info"
-  bool is_warning = false;  // or worse
+  bool is_warning = false;  // a warning or worse
   std::string message;
   std::string job, worker, user;  // fields of the line; empty where it has none
 };

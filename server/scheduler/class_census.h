@@ -27,7 +27,7 @@ class ClassCensus {
   struct Demand {
     std::string_view isa;  // empty: any
     const std::vector<std::string>& tags;
-    std::uint32_t max_workers = 0;  // at a time; 0: any number
+    std::uint32_t max_workers = 0;  // workers at a time; 0: any number
   };
   // Bounds of what is remembered; further claims are not.
   static constexpr std::size_t kMostConfirmedClasses = 256, kMostConfirmedIdentities = 16'384;

@@ -103,8 +103,8 @@ struct FarmJob {
   std::set<std::uint32_t> confirmed, suspected, questioned;
   std::uint32_t reached = 0;  // units below it were open before steps were closed, and may be done
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
-  std::set<std::pair<Time, LeaseId>> only_leases;           // whose unit has no second lease; oldest first
-  std::set<std::pair<Time, LeaseId>> by_end;                // the same, by expected end
+  std::set<std::pair<Time, LeaseId>> only_leases;  // leases whose unit has no second one; oldest first
+  std::set<std::pair<Time, LeaseId>> by_end;       // the same, by expected end
 
   bool open() const { return state == v1::QUEUED || state == v1::RUNNING; }
   bool held() const { return paused || !awaited.empty(); }

@@ -53,7 +53,7 @@ struct JobRequest {
   std::uint32_t generation = 1;
   std::string user;
   std::vector<std::string> required_tags;
-  std::uint32_t max_workers = 0;        // at a time; 0: any number
+  std::uint32_t max_workers = 0;        // workers at a time; 0: any number
   bool any_class = false;               // workers of every arithmetic class may work on it; else of one
   std::vector<std::string> after = {};  // jobs that have to be done first
   std::string bound_class = {};         // as before a restart; empty: not bound yet
@@ -76,7 +76,7 @@ struct UnitFailure {
   bool inputs_fault = false;  // the worker could not read what the unit is made of
   bool disputed =
       false;  // the unit was made, but two identities disagree on what it makes, and no third is there
-  std::int64_t grant = 0;  // which lease it was (grant_id)
+  std::int64_t grant = 0;  // the lease that ended so (grant_id)
 };
 
 struct SetAsideView {

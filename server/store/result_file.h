@@ -66,8 +66,8 @@ class ResultFile {
   std::optional<File> memory_;  // instead of a file on the disk
   std::unique_ptr<DiskFile> file_;
   std::uint64_t count_;
-  std::uint64_t before_ = 0;         // results that come before those remembered,
-  std::uint64_t begin_ = 0;          // and where they end
+  std::uint64_t before_ = 0;         // number of results before the remembered ones
+  std::uint64_t begin_ = 0;          // where these end
   std::vector<std::uint64_t> ends_;  // ends of the remembered results
   std::uint64_t kept_;               // where the last result ends
   std::uint64_t appended_;

@@ -20,8 +20,8 @@ class JoinTokens {
 
   static constexpr std::chrono::hours kLongestLife{24 * 30};
   static constexpr std::uint32_t kMostUses = 10'000;
-  static constexpr std::size_t kMostTokens = 1'000;      // at a time
-  static constexpr std::uint32_t kFailuresAMinute = 10;  // from one address
+  static constexpr std::size_t kMostTokens = 1'000;      // tokens at a time
+  static constexpr std::uint32_t kFailuresAMinute = 10;  // failures from one address
   /// Addresses whose failures are counted at a time; beyond them, new ones have to wait.
   static constexpr std::size_t kMostAddresses = 1'000;
 

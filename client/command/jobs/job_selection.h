@@ -21,7 +21,7 @@ void define_job_filter(options::Command& command, JobFilter& filter);
 bool matches(const JobFilter& filter, const v1::JobStatus& job);
 
 struct JobSelection {
-  std::vector<std::string> ids;  // or unique beginnings of some
+  std::vector<std::string> ids;  // ids, or unique beginnings of some
   bool all = false;
   JobFilter filter;
 };

@@ -41,7 +41,7 @@ struct JobSettings {
   std::string user;
   std::int32_t priority = 0;
   std::vector<std::string> required_tags;
-  std::uint32_t max_workers = 0;  // at a time; 0: any number
+  std::uint32_t max_workers = 0;  // workers at a time; 0: any number
   v1::Bits bits{};                // UNSPECIFIED: as the farm has it
   std::string comment, webhook;
 };

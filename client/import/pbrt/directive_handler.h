@@ -107,7 +107,7 @@ class DirectiveHandler {
     double power = 0;       // power of its area light, where that is given
     double mean_image = 1;  // mean luminance of the area light's image
     SourceLocation where;
-    bool is_operand = false;  // of a combination
+    bool is_csg_operand = false;
   };
   /// An instance of an object that was not known yet.
   struct EarlyInstance {

@@ -237,7 +237,7 @@ void DirectiveHandler::note_places() {
   context_.note(context_.scene.film(), film_.parameters.where(), "film: ");
   for (const PendingShape& pending : pending_shapes_) {
     const v1::Shape& shape = *pending.shape;
-    const bool operand = pending.is_operand;
+    const bool operand = pending.is_csg_operand;
     // Little of others is looked at (render/scene/scene_faults.h), and they may be many.
     const bool plain = !shape.has_area_light() && shape.world_from_object_end().elements().empty();
     if (!operand && plain && (shape.has_mesh() || shape.has_curves())) continue;

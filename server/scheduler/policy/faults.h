@@ -15,7 +15,7 @@ namespace tessera::server {
 
 class Faults {
  public:
-  static constexpr std::uint32_t kRunPieces = 16;  // into which a run is cut that was not rendered
+  static constexpr std::uint32_t kRunPieces = 16;  // pieces into which a run is cut that was not rendered
   static constexpr Time kFirstBar{60'000};         // doubled each time
   static constexpr Time kLongestBar{3'600'000};
 

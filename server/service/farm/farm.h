@@ -277,7 +277,7 @@ class Farm {
   LeaseUploads lease_uploads_;
   struct Registration {
     std::shared_ptr<const Accounts::Hold> account;
-    std::uint64_t failures = 0, resident_bytes = 0;  // for people
+    std::uint64_t failures = 0, resident_bytes = 0;  // shown to people
   };
   absl::flat_hash_map<std::string, Registration> registrations_by_worker_;
   JobKeeper keeper_;

@@ -60,7 +60,7 @@ class HostShares {
   std::map<std::string, Share> hosts_;
   JobPace job_{0};  // the only one that these paces are compared in
   UsualPace usual_;
-  std::size_t timed_ = 0;  // since usual_ was made
+  std::size_t timed_ = 0;  // results timed since usual_ was made
 };
 
 }  // namespace tessera::server

@@ -19,12 +19,12 @@ namespace tessera::server {
 
 /// How long jobs that are over are kept.
 struct Retention {
-  std::chrono::seconds fetched;    // after its end, when a client has the image
+  std::chrono::seconds fetched;    // time after its end, when a client has the image
   std::chrono::seconds unfetched;  // when none has, or something is missing
   /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
   std::uint64_t max_bytes;
   std::chrono::seconds blobs;          // for blobs that no job refers to, after their last use
-  std::chrono::milliseconds interval;  // between lookings after all this
+  std::chrono::milliseconds interval;  // time between two looks at all this
 };
 
 /// Says which jobs are old, and deletes blobs that no job needs. Not thread-safe: the farm's lock is held

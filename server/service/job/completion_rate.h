@@ -13,7 +13,7 @@ namespace tessera::server {
 class CompletionRate {
  public:
   static constexpr Time kWindow{120'000};
-  static constexpr Time kStep{2'000};  // between the points that are kept
+  static constexpr Time kStep{2'000};  // time between the points that are kept
 
   /// So many units are done now.
   void note(std::uint64_t units_done, Time now);

@@ -24,8 +24,8 @@ namespace tessera::server {
 
 /// The news that a page wants to hear.
 struct FeedWish {
-  bool workers = false, log = false;                // besides jobs
-  std::shared_ptr<ShownPicture> picture = nullptr;  // and this
+  bool workers = false, log = false;                // news of these, besides jobs
+  std::shared_ptr<ShownPicture> picture = nullptr;  // changes of this picture, too; null: none
 };
 
 /// Tells pages, a few times a second, what changed. Events, each one line of JSON:

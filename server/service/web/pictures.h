@@ -59,7 +59,7 @@ class ShownPicture {
   const PixelArea area_;
   const PictureLayer layer_;
 
-  std::mutex following_;  // before mutex_
+  std::mutex following_;  // locked before mutex_
   std::uint64_t after_ = 0;
 
   mutable std::mutex mutex_;

@@ -34,7 +34,7 @@ class MeshTable {
     std::int64_t index = 0;  // number of the mesh in a serialized file
     bool flip_v = false;
     bool face_normals = false;
-    Imath::M44d placement;  // for normals that depend on it
+    Imath::M44d placement;  // used for normals that depend on it
     // Results.
     absl::Status status;
     std::string bytes, digest;
@@ -49,7 +49,7 @@ class MeshTable {
   struct Use {
     v1::Shape* shape;
     std::size_t job;
-    bool mirrored;  // by world_from_object
+    bool mirrored;  // world_from_object mirrors it
     SourceLocation where;
   };
   using Key = std::tuple<std::string, std::int64_t, bool, bool, std::array<double, 16>>;

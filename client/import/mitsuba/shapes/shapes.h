@@ -43,7 +43,7 @@ class ShapeWriter {
   MeshTable meshes_;
   std::map<const Object*, std::string> groups_;
   std::set<std::string> group_names_;
-  std::set<const Object*> open_groups_;  // whose shapes are being written
+  std::set<const Object*> open_groups_;  // groups whose shapes are being written
 };
 
 }  // namespace tessera::client::mitsuba

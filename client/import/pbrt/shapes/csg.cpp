@@ -101,7 +101,7 @@ void DirectiveHandler::keep_operand(v1::Shape message, PendingShape pending) {
   v1::Shape& kept = *combination_->add_parts()->mutable_solid();
   kept = std::move(message);
   pending.shape = &kept;
-  pending.is_operand = true;
+  pending.is_csg_operand = true;
   pending_shapes_.push_back(std::move(pending));
 }
 

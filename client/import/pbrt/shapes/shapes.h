@@ -12,7 +12,7 @@ namespace tessera::client::pbrt {
 struct ShapeResult {
   bool kept = false;          // false: left out, with a warning, or after an error
   std::string ply_file;       // file of a plymesh, as the scene names it
-  std::string alpha_texture;  // which may be defined further on in the file
+  std::string alpha_texture;  // it may be defined further on in the file
   /// Set for a mesh that emits: pbrt-v4 makes a light of each triangle or patch.
   std::size_t triangles_per_light = 1;
 };
