@@ -23,11 +23,11 @@ using SceneLoader = std::function<absl::StatusOr<std::unique_ptr<render::RenderS
     const v1::Scene&, const v1::JobSpec&, const render::BlobSource&, const render::LoadOptions&)>;
 
 struct AgentOptions {
-  std::string name;               // for people
+  std::string name;               // shown to people
   std::string host;               // what stays over restarts: faults are counted by it; empty: the name
   std::vector<std::string> tags;  // what jobs may require
-  int threads = 1;                // as many tiles are rendered at once
-  std::vector<std::string> isas;  // that this worker may use, best first
+  int threads = 1;                // number of tiles rendered at once
+  std::vector<std::string> isas;  // instruction sets that this worker may use, best first
   // How it rounds with each of them (render::arithmetic_classes); empty: nothing is known of it but the ISAs.
   std::vector<std::string> arithmetic_classes = {};
   SceneLoader load_scene;
@@ -54,11 +54,11 @@ struct AgentReport {
   std::uint64_t units_failed = 0;
   std::uint64_t units_stopped = 0;      // begun, and revoked or out of the grace period
   std::uint64_t units_handed_back = 0;  // not begun when the agent stopped
-  double unit_seconds = 0;              // of those rendered
-  std::vector<std::uint64_t>
-      units_by_seconds;  // by bucket of telemetry::kUnitSecondsBuckets; the last is of all beyond
+  double rendered_unit_seconds = 0;
+  /// One count for each bucket of telemetry::kUnitSecondsBuckets, and one for the units that took longer.
+  std::vector<std::uint64_t> units_by_seconds;
   std::uint64_t results_acknowledged = 0;
-  std::uint64_t outbox_results = 0;  // on their way, or waiting for it
+  std::uint64_t outbox_results = 0;  // being sent, or waiting to be sent
   std::uint64_t outbox_bytes = 0;
   std::uint64_t cache_hits = 0;  // blobs that were there
   std::uint64_t cache_misses = 0;
@@ -67,12 +67,13 @@ struct AgentReport {
   std::uint64_t referenced_bytes =
       0;  // blobs of all scenes loaded, those included that were there or were not needed
   std::uint64_t scenes_loaded = 0;
-  std::uint64_t scenes_shared = 0;  // of those: upon the geometry, the BVH and the textures of another
+  std::uint64_t scenes_shared = 0;  // loaded with the geometry, BVH and textures of another scene
   double load_seconds = 0;          // fetching blobs and building scenes
-  double build_seconds = 0;         // of that, building, beside which most blobs are fetched
-  std::size_t scene_bytes = 0;      // held by the largest scene
+  /// The part of load_seconds that building took. Most blobs are fetched meanwhile.
+  double build_seconds = 0;
+  std::size_t scene_bytes = 0;  // held by the largest scene
   std::size_t scenes_held = 0;
-  std::size_t scene_bytes_held = 0;  // by all of those
+  std::size_t scene_bytes_held = 0;  // sum over scenes_held
 };
 
 class Agent {

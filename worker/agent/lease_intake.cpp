@@ -12,11 +12,11 @@ LeaseIntake::LeaseIntake(LeaseTable& leases, Loaded loaded, std::string address,
     : leases_(leases), loaded_(std::move(loaded)), address_(std::move(address)), full_(full) {}
 
 LeaseIntake::Ask LeaseIntake::ask(v1::LeaseRequest& request) {
-  Ask ask{.units = leases_.ask(full_), .known = known(), .deliveries = leases_.deliveries()};
+  Ask ask{.units = leases_.ask(full_), .known_specs = known(), .deliveries = leases_.deliveries()};
   if (ask.units == 0) return ask;
   request.set_max_units(static_cast<std::uint32_t>(ask.units));
   for (std::string& digest : loaded_.scene_digests()) request.add_loaded_scene_digests(std::move(digest));
-  for (const auto& [job_id, spec] : *ask.known) request.add_known_job_ids(job_id);
+  for (const auto& [job_id, spec] : *ask.known_specs) request.add_known_job_ids(job_id);
   return ask;
 }
 
@@ -26,7 +26,7 @@ void LeaseIntake::answered(const Ask& ask, const v1::LeaseResponse* response) {
 }
 
 void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
-  const Specs& known = *ask.known;
+  const Specs& known = *ask.known_specs;
   Specs sent;
   for (const auto& [job_id, spec] : response.specs())
     sent.emplace(job_id, std::make_shared<const v1::JobSpec>(spec));
@@ -54,15 +54,15 @@ void LeaseIntake::take(const Ask& ask, const v1::LeaseResponse& response) {
 
 std::shared_ptr<const LeaseIntake::Specs> LeaseIntake::known() {
   const std::lock_guard lock{mutex_};
-  return known_;
+  return recent_specs_;
 }
 
 void LeaseIntake::forget(const std::string& job_id) {
   const std::lock_guard lock{mutex_};
-  auto specs = std::make_shared<Specs>(*known_);
+  auto specs = std::make_shared<Specs>(*recent_specs_);
   specs->erase(job_id);
-  std::erase(order_, job_id);
-  known_ = std::move(specs);
+  std::erase(recent_job_ids_, job_id);
+  recent_specs_ = std::move(specs);
 }
 
 std::vector<std::string> LeaseIntake::know(const Specs& sent) {
@@ -70,16 +70,16 @@ std::vector<std::string> LeaseIntake::know(const Specs& sent) {
   if (sent.empty()) return forgotten;
   const std::lock_guard lock{mutex_};
   // A copy: whoever has asked goes by what was known then.
-  auto specs = std::make_shared<Specs>(*known_);
+  auto specs = std::make_shared<Specs>(*recent_specs_);
   for (const auto& [job_id, spec] : sent) {
     if (!specs->emplace(job_id, spec).second) continue;
-    order_.push_back(job_id);
-    if (order_.size() <= kKnownJobs) continue;
-    specs->erase(order_.front());
-    forgotten.push_back(std::move(order_.front()));
-    order_.pop_front();
+    recent_job_ids_.push_back(job_id);
+    if (recent_job_ids_.size() <= kKnownJobs) continue;
+    specs->erase(recent_job_ids_.front());
+    forgotten.push_back(std::move(recent_job_ids_.front()));
+    recent_job_ids_.pop_front();
   }
-  known_ = std::move(specs);
+  recent_specs_ = std::move(specs);
   return forgotten;
 }
 

@@ -30,11 +30,11 @@ class LeaseIntake {
   static constexpr std::size_t kKnownJobs =
       64;  // whose specs are kept; one more, and the oldest is forgotten
 
-  using Specs = std::map<std::string, std::shared_ptr<const v1::JobSpec>>;  // by job
+  using Specs = std::map<std::string, std::shared_ptr<const v1::JobSpec>>;  // keys: job ids
   struct Ask {
     std::size_t units = 0;
-    std::shared_ptr<const Specs> known;  // which the answer may leave out; never null
-    std::uint64_t deliveries = 0;        // LeaseTable::deliveries
+    std::shared_ptr<const Specs> known_specs;  // the answer may leave them out; never null
+    std::uint64_t deliveries = 0;              // LeaseTable::deliveries
   };
 
   /// Says in `request` how many units are wanted, which scenes are loaded and which jobs are known; nothing
@@ -56,8 +56,8 @@ class LeaseIntake {
   const std::string address_;
   const std::size_t full_;
   std::mutex mutex_;
-  std::shared_ptr<const Specs> known_ = std::make_shared<const Specs>();  // of the jobs leased from lately
-  std::deque<std::string> order_;                                         // of them, the oldest first
+  std::shared_ptr<const Specs> recent_specs_ = std::make_shared<const Specs>();
+  std::deque<std::string> recent_job_ids_;  // keys of recent_specs_, the oldest first
 };
 
 }  // namespace tessera::agent

@@ -16,7 +16,7 @@ bool same_token(const v1::LeaseToken& a, const v1::LeaseToken& b) {
 }  // namespace
 
 LeaseTable::Key LeaseTable::key_of(const HeldUnit& unit) {
-  return {unit.job_id, unit.generation, unit.unit.index(), unit.ranges, unit.inputs, unit.spot};
+  return {unit.job_id, unit.job_generation, unit.unit.index(), unit.ranges, unit.inputs, unit.spot};
 }
 
 void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> spec,
@@ -24,7 +24,7 @@ void LeaseTable::add(const v1::Lease& lease, std::shared_ptr<const v1::JobSpec> 
   auto held = std::make_shared<HeldUnit>();
   held->unit = lease.unit();
   held->job_id = lease.token().job_id();
-  held->generation = lease.token().generation();
+  held->job_generation = lease.token().generation();
   held->attempt = lease.token().attempt();
   held->ranges = ranges_of(lease.token());
   held->inputs = lease.token().inputs();
@@ -87,7 +87,7 @@ v1::LeaseToken LeaseTable::token(const HeldUnit& unit) const {
   if (found != entries_.end() && found->second.held.get() == &unit) return found->second.token;
   v1::LeaseToken token;  // released meanwhile, or granted anew: only the unit's name is left
   token.set_job_id(unit.job_id);
-  token.set_generation(unit.generation);
+  token.set_generation(unit.job_generation);
   token.set_unit_index(unit.unit.index());
   token.set_ranges(unit.ranges);
   token.set_inputs(unit.inputs);

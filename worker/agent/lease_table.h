@@ -22,12 +22,12 @@ namespace tessera::agent {
 /// A unit in the worker's hands, or a run of them that is rendered as one.
 struct HeldUnit {
   v1::WorkUnit unit;
-  std::uint32_t ranges = 1;  // of the run
+  std::uint32_t ranges = 1;  // how many ranges the run has
   std::string job_id;
-  std::uint32_t generation = 0;  // of the job
-  std::uint64_t inputs = 0;      // LeaseToken.inputs
-  std::uint32_t spot = 0;        // LeaseToken.spot
-  std::uint32_t attempt = 0;     // the grant that brought it
+  std::uint32_t job_generation = 0;
+  std::uint64_t inputs = 0;   // LeaseToken.inputs
+  std::uint32_t spot = 0;     // LeaseToken.spot
+  std::uint32_t attempt = 0;  // the grant that brought it
   std::shared_ptr<const v1::JobSpec> spec;
   std::stop_source stop;  // requested when the lease is revoked
 

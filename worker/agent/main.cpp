@@ -176,8 +176,8 @@ absl::Status join_where_asked(const Options& options) {
   if (options.join_token.empty()) return absl::OkStatus();
   return agent::join_farm({.server = options.server,
                            .token = options.join_token,
-                           .name = host_name(),
-                           .folder = options.certificates});
+                           .machine_name = host_name(),
+                           .certificate_folder = options.certificates});
 }
 
 /// Null when nobody asked for them.

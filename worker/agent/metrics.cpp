@@ -21,7 +21,7 @@ prometheus::MetricFamily unit_seconds(const AgentReport& report) {
   family.help = "Time that units took to render";
   family.type = MetricType::Histogram;
   prometheus::ClientMetric::Histogram& histogram = family.metric.emplace_back().histogram;
-  histogram.sample_sum = report.unit_seconds;
+  histogram.sample_sum = report.rendered_unit_seconds;
   for (std::size_t i = 0; i < report.units_by_seconds.size(); ++i) {
     const bool last = i == telemetry::kUnitSecondsBuckets.size();
     histogram.sample_count += report.units_by_seconds[i];

@@ -17,7 +17,7 @@ class TimeLimit {
     std::stop_source stop;
     bool expired = false;
   };
-  using Watches = std::multimap<Clock::time_point, Watched>;  // by the time at which they end
+  using Watches = std::multimap<Clock::time_point, Watched>;  // keys: times at which they end
 
  public:
   /// Zero: no limit.

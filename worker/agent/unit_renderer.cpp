@@ -143,7 +143,7 @@ absl::Status UnitRenderer::make(const HeldUnit& held, const std::shared_ptr<cons
   if (unit.has_merge()) {
     const absl::StatusOr<Inputs> inputs = prepared_.fetch(held.job_id, unit, stop);
     if (!inputs.ok()) return inputs.status();
-    absl::StatusOr<std::string> merged = scene->scene->merge(unit.merge().phase(), inputs->bytes);
+    absl::StatusOr<std::string> merged = scene->scene->merge(unit.merge().phase(), inputs->blob_contents);
     if (!merged.ok()) return merged.status();
     set_blob(*std::move(merged), outcome);
     return absl::OkStatus();
@@ -231,7 +231,7 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
   const double seconds = std::chrono::duration<double>(taken).count();
-  report_.unit_seconds += seconds;
+  report_.rendered_unit_seconds += seconds;
   const auto bucket =
       std::lower_bound(telemetry::kUnitSecondsBuckets.begin(), telemetry::kUnitSecondsBuckets.end(), seconds);
   ++report_.units_by_seconds[static_cast<std::size_t>(bucket - telemetry::kUnitSecondsBuckets.begin())];

@@ -63,7 +63,7 @@ bool Heart::ride(const HeldUnit& home, v1::HeartbeatRequest& request) {
   if (!session_.beat_early()) return false;
   request.set_resident_bytes(resident_bytes());
   for (v1::LeaseToken& token : leases_.tokens()) {
-    const bool goes_home = token.job_id() == home.job_id && token.generation() == home.generation &&
+    const bool goes_home = token.job_id() == home.job_id && token.generation() == home.job_generation &&
                            token.unit_index() == home.unit.index() &&
                            std::max(token.ranges(), 1u) == home.ranges;
     if (!goes_home) *request.add_leases() = std::move(token);

@@ -52,8 +52,8 @@ absl::StatusOr<std::string> fetch_authority(const std::string& address, const ne
 }  // namespace
 
 absl::Status join_farm(const JoinRequest& request) {
-  if (net::check_certificates(request.folder.string()).ok()) {
-    spdlog::info("{} holds certificates; nothing is to be joined", request.folder.string());
+  if (net::check_certificates(request.certificate_folder.string()).ok()) {
+    spdlog::info("{} holds certificates; nothing is to be joined", request.certificate_folder.string());
     return absl::OkStatus();
   }
   const absl::StatusOr<net::JoinToken> token = net::parse_join_token(request.token);
@@ -69,26 +69,30 @@ absl::Status join_farm(const JoinRequest& request) {
   // All that can fail here fails before the token is used.
   const net::Key key = net::make_key();
   const net::CertificateRequest certificate_request =
-      key == nullptr ? nullptr : net::make_request(key.get(), request.name);
+      key == nullptr ? nullptr : net::make_request(key.get(), request.machine_name);
   if (certificate_request == nullptr) return absl::InternalError("no key can be made");
-  if (auto s = base::make_folder(request.folder); !s.ok()) return s;
-  if (auto s = base::replace_file(request.folder / net::kKeyFile, 0600, net::to_pem(key.get())); !s.ok())
+  if (auto s = base::make_folder(request.certificate_folder); !s.ok()) return s;
+  if (auto s = base::replace_file(request.certificate_folder / net::kKeyFile, 0600, net::to_pem(key.get()));
+      !s.ok())
     return s;
-  if (auto s = base::replace_file(request.folder / net::kTrustedFile, 0644, *authority); !s.ok()) return s;
+  if (auto s = base::replace_file(request.certificate_folder / net::kTrustedFile, 0644, *authority); !s.ok())
+    return s;
 
   v1::JoinRequest join;
   join.set_secret(token->secret);
-  join.set_name(request.name);
+  join.set_name(request.machine_name);
   join.set_request_pem(net::to_pem(certificate_request.get()));
   const absl::StatusOr<v1::JoinResponse> joined =
       call(address, net::trusting_credentials(*authority), &Stub::Join, join, "Join");
   if (!joined.ok()) return joined.status();
-  if (auto s = base::replace_file(request.folder / net::kCertificateFile, 0644, joined->certificate_pem());
+  if (auto s = base::replace_file(request.certificate_folder / net::kCertificateFile, 0644,
+                                  joined->certificate_pem());
       !s.ok()) {
     return s;
   }
-  if (auto s = net::check_certificates(request.folder.string()); !s.ok()) return s;
-  spdlog::info("joined the farm of {}: certificates are in {}", request.server, request.folder.string());
+  if (auto s = net::check_certificates(request.certificate_folder.string()); !s.ok()) return s;
+  spdlog::info("joined the farm of {}: certificates are in {}", request.server,
+               request.certificate_folder.string());
   return absl::OkStatus();
 }
 

@@ -9,10 +9,10 @@
 namespace tessera::agent {
 
 struct JoinRequest {
-  std::string server;            // HOST:PORT of the coordinator
-  std::string token;             // as text (transport/join_token.h)
-  std::string name;              // of this machine: the certificate's common name
-  std::filesystem::path folder;  // where the certificates go
+  std::string server;        // HOST:PORT of the coordinator
+  std::string token;         // as text (net/join_token.h)
+  std::string machine_name;  // common name in its certificate
+  std::filesystem::path certificate_folder;
 };
 
 /// Makes a key, has the farm's authority certify it, and leaves both in the folder, as net/tls.h wants

@@ -40,7 +40,7 @@ class Outbox {
   struct Options {
     std::size_t capacity = 1;  // results that may wait
     int senders = 1;           // calls that run at once
-    std::function<std::vector<std::string>(const std::string& job_id)> recent_log = {};  // of AgentOptions
+    std::function<std::vector<std::string>(const std::string& job_id)> recent_log = {};  // see AgentOptions
   };
 
   Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,

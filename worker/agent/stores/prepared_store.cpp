@@ -43,7 +43,7 @@ absl::StatusOr<Inputs> PreparedStore::fetch(const std::string& job_id, const v1:
   for (const v1::BlobRef& input : unit.inputs()) {
     absl::StatusOr<render::BlobBytes> blob = fetch(input.digest(), stop);
     if (!blob.ok()) return blob.status();
-    inputs.bytes.push_back(blob->bytes);
+    inputs.blob_contents.push_back(blob->bytes);
     inputs.blobs.push_back(*std::move(blob));
   }
   return inputs;
@@ -85,7 +85,7 @@ absl::StatusOr<std::shared_ptr<const render::Prepared>> PreparedStore::get(
     absl::StatusOr<Inputs> fetched = fetch(job_id, unit, stop);
     if (!fetched.ok()) return fetched.status();
     inputs = *std::move(fetched);
-    return scene->scene->prepare(inputs.bytes);
+    return scene->scene->prepare(inputs.blob_contents);
   });
 
   lock.lock();

@@ -24,7 +24,7 @@ namespace tessera::agent {
 /// Blobs that a unit reads, for as long as this is there.
 struct Inputs {
   std::vector<render::BlobBytes> blobs;
-  std::vector<std::string_view> bytes;  // of each
+  std::vector<std::string_view> blob_contents;
 };
 
 /// Thread-safe.
