@@ -21,8 +21,8 @@ struct FilmRect {
 struct Splat {
   float x, y;
   float value[3];
-  std::uint32_t layers = 0;  // that it belongs to: bits
-  bool in_picture = true;    // and not to layers alone
+  std::uint32_t layers = 0;  // bits of those that it belongs to
+  bool in_picture = true;    // false: in its layers alone
 };
 
 class Film {

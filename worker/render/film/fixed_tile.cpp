@@ -21,33 +21,34 @@ FixedTile::FixedTile(wire::TileResult& result, const SampleCounts* counts) : res
                ? all
                : std::min(all, counts->at(result.x0 + pixel % width, result.y0 + pixel / width));
   };
-  order_ = z_order(width, result.y1 - result.y0);
-  if (counts != nullptr) std::ranges::stable_sort(order_, {}, samples_of);
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    const std::uint32_t samples = samples_of(order_[i]);
-    if (groups_.empty() || groups_.back().samples != samples) groups_.push_back({0, samples});
-    groups_.back().end = i + 1;
+  pixel_order_ = z_order(width, result.y1 - result.y0);
+  if (counts != nullptr) std::ranges::stable_sort(pixel_order_, {}, samples_of);
+  for (std::size_t i = 0; i < pixel_order_.size(); ++i) {
+    const std::uint32_t samples = samples_of(pixel_order_[i]);
+    if (remaining_groups_.empty() || remaining_groups_.back().samples != samples)
+      remaining_groups_.push_back({0, samples});
+    remaining_groups_.back().end = i + 1;
   }
-  std::ranges::reverse(groups_);
+  std::ranges::reverse(remaining_groups_);
 }
 
 std::size_t FixedTile::next(std::span<SampleName> names) {
-  if (count_ == 0 || taken_ == groups_.back().samples) {
+  if (count_ == 0 || taken_ == remaining_groups_.back().samples) {
     if (count_ > 0) sums_.end_pixels();
     first_ += count_;
     count_ = 0;
-    if (!groups_.empty() && first_ == groups_.back().end) groups_.pop_back();
-    if (groups_.empty()) return 0;
-    const std::size_t usual = names.size() / std::min(groups_.back().samples, kTogether);
-    count_ = std::min(std::max(usual, std::size_t{1}), groups_.back().end - first_);
+    if (!remaining_groups_.empty() && first_ == remaining_groups_.back().end) remaining_groups_.pop_back();
+    if (remaining_groups_.empty()) return 0;
+    const std::size_t usual = names.size() / std::min(remaining_groups_.back().samples, kTogether);
+    count_ = std::min(std::max(usual, std::size_t{1}), remaining_groups_.back().end - first_);
     taken_ = 0;
-    sums_.begin_pixels(std::span(order_).subspan(first_, count_));
+    sums_.begin_pixels(std::span(pixel_order_).subspan(first_, count_));
   }
   const auto fit = static_cast<std::uint32_t>(names.size() / count_);
-  const std::uint32_t end = taken_ + std::min(fit, groups_.back().samples - taken_);
+  const std::uint32_t end = taken_ + std::min(fit, remaining_groups_.back().samples - taken_);
   SampleName* name = names.data();
   for (; taken_ < end; ++taken_) {
-    for (const std::uint32_t pixel : std::span(order_).subspan(first_, count_)) {
+    for (const std::uint32_t pixel : std::span(pixel_order_).subspan(first_, count_)) {
       *name++ = {result_.x0 + pixel % rect().width(), result_.y0 + pixel / rect().width(),
                  result_.sample_begin + taken_, 0};
     }

@@ -31,13 +31,13 @@ class FixedTile final : public SampleSource, public Film {
   TileAccumulator sums_;
   /// Pixels that take the same number of samples.
   struct Group {
-    std::size_t end;  // of its pixels, in the order
+    std::size_t end;  // index in pixel_order_ behind its last pixel
     std::uint32_t samples;
   };
-  std::vector<std::uint32_t> order_;   // of the tile's pixels, group by group
-  std::vector<Group> groups_;          // that are left, the next one last
-  std::size_t first_ = 0, count_ = 0;  // pixels at hand
-  std::uint32_t taken_ = 0;            // samples of each of these
+  std::vector<std::uint32_t> pixel_order_;  // group by group
+  std::vector<Group> remaining_groups_;     // the next one last
+  std::size_t first_ = 0, count_ = 0;       // pixels at hand
+  std::uint32_t taken_ = 0;                 // samples of each of these
 };
 
 }  // namespace tessera::render

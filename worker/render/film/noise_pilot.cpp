@@ -52,7 +52,7 @@ NoisePilot::NoisePilot(const FilmRect& crop, FilmSize film, const PartRequest& p
                        const RenderStats& stats)
     : blocks_(blocks_of(crop, part)),
       group_(group),
-      pixels_of_block_(pilot_pixels(target, group)),
+      sampled_pixels_per_block_(pilot_pixels(target, group)),
       scatters_(scatters),
       stats_(stats),
       opened_(blocks_.pixel_count()),
@@ -66,7 +66,7 @@ NoisePilot::NoisePilot(const FilmRect& crop, FilmSize film, const PartRequest& p
 /// follow: the halves of a block.
 void NoisePilot::open_block(std::uint32_t block, FilmSize film) {
   const std::uint32_t x = blocks_.x0 + block % blocks_.width(), y = blocks_.y0 + block / blocks_.width();
-  opened_[block].begin = pixels_.size();
+  opened_[block].pixels_begin = pixels_.size();
   const auto turned = static_cast<std::uint32_t>(base::split_mix(std::uint64_t{y} << 32 | x));
   const std::vector<PixelPlace> places =
       groups_in(x * kNoiseBlock, y * kNoiseBlock, kNoiseBlock, kNoiseBlock, group_);
@@ -74,7 +74,7 @@ void NoisePilot::open_block(std::uint32_t block, FilmSize film) {
   const auto groups = static_cast<std::uint32_t>(places.size() / size);
   const int bits = std::countr_zero(groups);
   std::uint32_t number = 0;
-  for (std::uint32_t i = 0; i < groups && number < pixels_of_block_; ++i) {
+  for (std::uint32_t i = 0; i < groups && number < sampled_pixels_per_block_; ++i) {
     std::uint32_t group = 0;
     for (int k = 0; k < bits; ++k) group |= ((i ^ turned) >> k & 1) << (bits - 1 - k);
     const std::size_t begin = pixels_.size();
@@ -89,12 +89,12 @@ void NoisePilot::open_block(std::uint32_t block, FilmSize film) {
       pixels_.resize(begin);
     }
   }
-  opened_[block].end = pixels_.size();
+  opened_[block].pixels_end = pixels_.size();
 }
 
 void NoisePilot::make_places(std::uint64_t seed) {
   for (std::uint32_t stream = 0; stream < 2; ++stream) {
-    for (std::uint32_t number = 0; number < pixels_of_block_; ++number) {
+    for (std::uint32_t number = 0; number < sampled_pixels_per_block_; ++number) {
       for (std::uint32_t i = 0; i < kTogether; ++i) {
         const Place place =
             shifted_place(base::split_mix(seed + kFirstStream + stream * kBlockPixels + number), i);
@@ -113,9 +113,10 @@ std::size_t NoisePilot::next(std::span<SampleName> names) {
     const std::uint32_t stream = sample_ / kTogether;
     for (std::size_t i = pixel_; i < pixel_ + group; ++i) {
       const Pixel& pixel = pixels_[i];
-      names[given_.size()] = {pixel.x, pixel.y,
-                              (stream * pixels_of_block_ + pixel.number) * kTogether + sample_ % kTogether,
-                              pixel.in_film ? kFirstStream + stream : kUnsampled};
+      names[given_.size()] = {
+          pixel.x, pixel.y,
+          (stream * sampled_pixels_per_block_ + pixel.number) * kTogether + sample_ % kTogether,
+          pixel.in_film ? kFirstStream + stream : kUnsampled};
       given_.push_back(i);
     }
     if (++sample_ == 2 * kTogether) sample_ = 0, pixel_ += group;
@@ -135,7 +136,7 @@ void NoisePilot::add(std::span<const SampleName> names, const float* planes, std
     if (!is_sampled(names[i])) continue;
     Pixel& pixel = pixels_[given_[i]];
     for (std::size_t c = 0; c < kColors; ++c)
-      pixel.sums[names[i].stream - kFirstStream][c] += static_cast<double>(planes[c * stride + i]);
+      pixel.stream_sums[names[i].stream - kFirstStream][c] += static_cast<double>(planes[c * stride + i]);
     opened_[pixel.block].rays += cost;
     ++opened_[pixel.block].samples;
   }
@@ -147,7 +148,7 @@ NoisePilot::Color NoisePilot::mean_of(std::span<const Pixel> pixels) {
   for (const Pixel& pixel : pixels) {
     if (!pixel.in_film) continue;
     for (std::size_t c = 0; c < kColors; ++c)
-      mean[c] += (pixel.sums[0][c] + pixel.sums[1][c]) / (2 * double{kTogether} * seen);
+      mean[c] += (pixel.stream_sums[0][c] + pixel.stream_sums[1][c]) / (2 * double{kTogether} * seen);
   }
   return mean;
 }
@@ -157,14 +158,15 @@ NoisePilot::Errors NoisePilot::errors() const {
   double seen = 0;
   const auto size = static_cast<std::size_t>(group_.count());
   for (const Block& block : opened_) {
-    const Color mean = mean_of(std::span(pixels_).subspan(block.begin, block.end - block.begin));
+    const Color mean =
+        mean_of(std::span(pixels_).subspan(block.pixels_begin, block.pixels_end - block.pixels_begin));
     const auto relative = [&](const Color& apart) {
       double sum = 0;
       for (std::size_t c = 0; c < kColors; ++c)
         sum += apart[c] * apart[c] / (2 * double{kTogether} * (mean[c] * mean[c] + wire::kPilotDarkness));
       return sum / kColors;
     };
-    for (std::size_t first = block.begin; first < block.end; first += size) {
+    for (std::size_t first = block.pixels_begin; first < block.pixels_end; first += size) {
       Color of_group{};
       double members = 0;
       for (std::size_t i = first; i < first + size; ++i) {
@@ -173,7 +175,7 @@ NoisePilot::Errors NoisePilot::errors() const {
         ++members;
         Color apart;
         for (std::size_t c = 0; c < kColors; ++c) {
-          apart[c] = pixel.sums[0][c] - pixel.sums[1][c];
+          apart[c] = pixel.stream_sums[0][c] - pixel.stream_sums[1][c];
           of_group[c] += apart[c];
         }
         errors.pixel += relative(apart);
@@ -193,7 +195,8 @@ Pilot NoisePilot::result() const {
   Pilot pilot{blocks_, std::vector<PilotBlock>(blocks_.pixel_count())};
   for (std::size_t block = 0; block < pilot.values.size(); ++block) {
     const Block& opened = opened_[block];
-    const std::span pixels = std::span(pixels_).subspan(opened.begin, opened.end - opened.begin);
+    const std::span pixels =
+        std::span(pixels_).subspan(opened.pixels_begin, opened.pixels_end - opened.pixels_begin);
     const auto group = static_cast<std::size_t>(group_.count());
     const std::size_t halves[] = {0, (pixels.size() / group + 1) / 2 * group, pixels.size()};
     const double samples = kTogether;
@@ -205,7 +208,7 @@ Pilot NoisePilot::result() const {
         if (!pixels[i].in_film) continue;
         ++count;
         for (std::size_t c = 0; c < kColors; ++c) {
-          const double apart = (pixels[i].sums[0][c] - pixels[i].sums[1][c]) / samples;
+          const double apart = (pixels[i].stream_sums[0][c] - pixels[i].stream_sums[1][c]) / samples;
           error += apart * apart / 2 * samples / (mean[c] * mean[c] + wire::kPilotDarkness);
         }
       }

@@ -19,7 +19,7 @@ namespace tessera::render {
 using wire::PilotBlock;
 
 struct Pilot {
-  FilmRect blocks;                 // of wire::kNoiseBlock pixels each way, on the film's grid
+  FilmRect blocks;  // counted in blocks of wire::kNoiseBlock pixels each way, on the film's grid
   std::vector<PilotBlock> values;  // rows from the top
 };
 
@@ -50,13 +50,13 @@ class NoisePilot final : public SampleSource, public Film {
  private:
   static constexpr std::size_t kColors = 3;  // the first channels: R, G, B
   struct Pixel {
-    std::uint32_t block, x, y, number;                  // `number` within the block
-    bool in_film;                                       // or a neighbour of what is
-    std::array<std::array<double, kColors>, 2> sums{};  // of its two streams
+    std::uint32_t block, x, y, number;  // `number` within the block
+    bool in_film;                       // or a neighbour of what is
+    std::array<std::array<double, kColors>, 2> stream_sums{};
   };
 
   struct Block {
-    std::size_t begin = 0, end = 0;  // of its pixels
+    std::size_t pixels_begin = 0, pixels_end = 0;
     double rays = 0;
     std::uint32_t samples = 0;
   };
@@ -69,7 +69,7 @@ class NoisePilot final : public SampleSource, public Film {
 
   const FilmRect blocks_;
   const PixelGroup group_;
-  const std::uint32_t pixels_of_block_;  // that are sampled
+  const std::uint32_t sampled_pixels_per_block_;
   const bool scatters_;
   const RenderStats& stats_;
   std::vector<Pixel> pixels_;

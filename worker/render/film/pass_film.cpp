@@ -31,11 +31,11 @@ PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, st
     : result_(result),
       filter_(filter),
       sums_(result),
-      order_(z_order(result.x1 - result.x0, result.y1 - result.y0)),
-      all_(order_.size()),
-      channels_(static_cast<std::size_t>(
+      pixel_order_(z_order(result.x1 - result.x0, result.y1 - result.y0)),
+      all_(pixel_order_.size()),
+      sample_channels_(static_cast<std::size_t>(
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
-      first_layer_(channels_ - 3 * layers),
+      first_layer_(sample_channels_ - 3 * layers),
       layer_channels_(3 * layers),
       half_(half_channel(result.channels)),
       next_pass_(result.sample_begin) {
@@ -47,7 +47,7 @@ bool PassFilm::begin_pass() {
   if (next_pass_ == result_.sample_end) return false;
   pass_ = next_pass_++;
   next_pixel_ = 0;
-  planes_.assign(channels_ * all_.size(), 0.0f);
+  pass_planes_.assign(sample_channels_ * all_.size(), 0.0f);
   layers_.assign(layer_channels_ * all_.size(), 0.0f);
   return true;
 }
@@ -55,17 +55,17 @@ bool PassFilm::begin_pass() {
 void PassFilm::end_pass() {
   for (std::size_t i = 0; i < all_.size(); ++i) {
     for (std::size_t k = 0; k < layer_channels_; ++k)
-      planes_[(first_layer_ + k) * all_.size() + i] = layers_[i * layer_channels_ + k];
+      pass_planes_[(first_layer_ + k) * all_.size() + i] = layers_[i * layer_channels_ + k];
   }
-  sums_.add_sample(planes_.data(), all_.size());
+  sums_.add_sample(pass_planes_.data(), all_.size());
   if (next_pass_ == result_.sample_end) sums_.end_pixels();
 }
 
 std::size_t PassFilm::next(std::span<SampleName> names) {
-  const std::size_t count = std::min(names.size(), order_.size() - next_pixel_);
+  const std::size_t count = std::min(names.size(), pixel_order_.size() - next_pixel_);
   const std::uint32_t width = rect().width();
   for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t pixel = order_[next_pixel_++];
+    const std::uint32_t pixel = pixel_order_[next_pixel_++];
     names[i] = {result_.x0 + pixel % width, result_.y0 + pixel / width, pass_, 0};
   }
   return count;
@@ -79,7 +79,7 @@ std::size_t PassFilm::pixel_at(std::uint32_t x, std::uint32_t y) const {
 
 void PassFilm::add(std::span<const SampleName> names, const float* planes, std::size_t stride) {
   for (std::size_t c = 0; c < first_layer_; ++c) {
-    float* const plane = planes_.data() + c * all_.size();
+    float* const plane = pass_planes_.data() + c * all_.size();
     for (std::size_t i = 0; i < names.size(); ++i)
       plane[pixel_at(names[i].x, names[i].y)] += planes[c * stride + i];
   }
@@ -113,10 +113,10 @@ void PassFilm::add_splat(const Splat& splat) {
       const std::size_t pixel = pixel_at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
       const float light[] = {splat.value[0] * weight, splat.value[1] * weight, splat.value[2] * weight};
       if (splat.in_picture) {
-        for (std::size_t c = 0; c < 3; ++c) planes_[c * all_.size() + pixel] += light[c];
+        for (std::size_t c = 0; c < 3; ++c) pass_planes_[c * all_.size() + pixel] += light[c];
       }
       if (splat.in_picture && half_ != 0 && wire::in_first_half(pass_)) {
-        for (std::size_t c = 0; c < 3; ++c) planes_[(half_ + c) * all_.size() + pixel] += 2 * light[c];
+        for (std::size_t c = 0; c < 3; ++c) pass_planes_[(half_ + c) * all_.size() + pixel] += 2 * light[c];
       }
       float* const layers = layers_.data() + pixel * layer_channels_;
       for (std::uint32_t left = splat.layers; left != 0; left &= left - 1) {

@@ -37,17 +37,17 @@ class PassFilm final : public SampleSource, public Film {
   const wire::TileResult& result_;
   const PixelFilterRecord& filter_;
   TileAccumulator sums_;
-  const std::vector<std::uint32_t> order_;  // of the pixels, as they are asked for
-  std::vector<std::uint32_t> all_;          // pixels, rows from the top
-  const std::size_t channels_;              // that come with samples
-  const std::size_t first_layer_;           // channel
+  const std::vector<std::uint32_t> pixel_order_;  // as samples are asked for
+  std::vector<std::uint32_t> all_;                // pixels, rows from the top
+  const std::size_t sample_channels_;
+  const std::size_t first_layer_;  // channel
   const std::size_t layer_channels_;
-  const std::size_t half_;     // channel half.R, of samples in the first half; 0: not asked for
-  std::vector<float> planes_;  // of the pass: channel c of pixel i at c * pixels + i
+  const std::size_t half_;          // channel half.R, of samples in the first half; 0: not asked for
+  std::vector<float> pass_planes_;  // channel c of pixel i at c * pixels + i
   // The same of the layers, channel k of pixel i at i * layer_channels_ + k: light lands on one pixel after
   // the other, and is of several of them.
   std::vector<float> layers_;
-  std::size_t next_pixel_ = 0;  // in order_
+  std::size_t next_pixel_ = 0;  // index in pixel_order_
   std::uint32_t pass_ = 0, next_pass_;
 };
 

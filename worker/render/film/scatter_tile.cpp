@@ -41,10 +41,10 @@ ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord* filt
       height_(result.y1 - result.y0 + 2 * reach_y_),
       left_(result.x0 - reach_x_),
       top_(result.y0 - reach_y_),
-      channels_(static_cast<std::size_t>(
+      sample_channels_(static_cast<std::size_t>(
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
-      numbers_(std::size_t{width_} * height_, kNone),
-      filtered_(channels_ * result.pixel_count()),
+      pixel_numbers_(std::size_t{width_} * height_, kNone),
+      filtered_(sample_channels_ * result.pixel_count()),
       padded_(width_ + 2 * reach_x_),
       row_(result.x1 - result.x0),
       weights_x_(2 * reach_x_ + 1, 1.0f),
@@ -58,15 +58,15 @@ ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord* filt
   if (counts != nullptr) {
     part_blocks(*counts);
   } else {
-    parts_.emplace_back(result, result.sample_end - result.sample_begin)
+    unfinished_parts_.emplace_back(result, result.sample_end - result.sample_begin)
         .runs.push_back({0, 0, width_, height_});
   }
   std::size_t number = 0;
-  for (Part& part : parts_) {
+  for (Part& part : unfinished_parts_) {
     for (Run& run : part.runs) {
       run.first = number;
       for (std::uint32_t i = 0; i < run.width * run.height; ++i)
-        numbers_[std::size_t{run.y + i / run.width} * width_ + run.x + i % run.width] =
+        pixel_numbers_[std::size_t{run.y + i / run.width} * width_ + run.x + i % run.width] =
             static_cast<std::uint32_t>(number++);
     }
     begin_part(part);
@@ -78,7 +78,7 @@ ScatterTile::ScatterTile(wire::TileResult& result, const PixelFilterRecord* filt
 // ---------------------------------------------------------------- pixels of one number of samples
 
 ScatterTile::Part::Part(const wire::TileResult& result, std::uint32_t count)
-    : samples(count), picture(result), sums(picture) {}
+    : samples(count), picture(result), picture_sums(picture) {}
 
 void ScatterTile::part_blocks(const SampleCounts& counts) {
   // Pixels up to the next border of blocks.
@@ -96,7 +96,7 @@ void ScatterTile::part_blocks(const SampleCounts& counts) {
       runs[samples].push_back({x, y, end - x, height});
     }
   }
-  for (auto& [samples, some] : runs) parts_.emplace_back(result_, samples).runs = std::move(some);
+  for (auto& [samples, some] : runs) unfinished_parts_.emplace_back(result_, samples).runs = std::move(some);
 }
 
 FilmRect ScatterTile::reached_by(const Run& run) const {
@@ -122,7 +122,7 @@ void ScatterTile::begin_part(Part& part) {
   for (std::uint32_t i = 0; i < is_reached.size(); ++i) {
     if (is_reached[i]) part.reached.push_back(i);
   }
-  part.sums.begin_pixels(part.reached);
+  part.picture_sums.begin_pixels(part.reached);
 }
 
 /// The part's picture has a mean over its own number of samples; as a part of the pixel's sum it is times
@@ -164,7 +164,7 @@ void ScatterTile::end_part(const Part& part) {
 
 std::uint32_t ScatterTile::number_at(std::uint32_t x, std::uint32_t y) const {
   const std::uint32_t column = x - left_, row = y - top_;
-  return column < width_ && row < height_ ? numbers_[std::size_t{row} * width_ + column] : kNone;
+  return column < width_ && row < height_ ? pixel_numbers_[std::size_t{row} * width_ + column] : kNone;
 }
 
 /// Returns whole packets that have pixels which take the sample.
@@ -193,8 +193,8 @@ void ScatterTile::begin_samples(std::size_t batch) {
   const auto fit =
       static_cast<std::uint32_t>(std::min<std::size_t>(batch / pixels_[0].size(), kMostTogether));
   const std::size_t packets = batch / packet_of(group_);
-  together_ = std::min(
-      {std::max(fit, kTogether), parts_.back().samples - next_sample_, static_cast<std::uint32_t>(packets)});
+  together_ = std::min({std::max(fit, kTogether), unfinished_parts_.back().samples - next_sample_,
+                        static_cast<std::uint32_t>(packets)});
   common_ = {result_.sample_begin + next_sample_, x_.data(), y_.data()};
   for (std::uint32_t s = 0; s < together_; ++s) {
     if (s > 0 && group_.count() > 1) pixels_[s] = pixels_of_sample(common_.first + s);
@@ -206,7 +206,7 @@ void ScatterTile::begin_samples(std::size_t batch) {
         even ? shifted_place(seed_, common_.first + s) : scrambled_place(seed_, common_.first + s);
     x_[s] = place.x, y_[s] = place.y;
   }
-  samples_.resize(together_ * channels_ * numbers_.size());
+  samples_.resize(together_ * sample_channels_ * pixel_numbers_.size());
 }
 
 std::size_t ScatterTile::next(std::span<SampleName> names) {
@@ -215,7 +215,7 @@ std::size_t ScatterTile::next(std::span<SampleName> names) {
     if (std::none_of(pixels_.begin(), pixels_.begin() + (group_.count() > 1 ? together_ : 1), left))
       end_samples();
   }
-  if (parts_.empty()) return 0;
+  if (unfinished_parts_.empty()) return 0;
   if (next_pixel_ == 0) begin_samples(names.size());
   const std::size_t packet = packet_of(group_), most = names.size() / together_ / packet * packet;
   SampleName* name = names.data();
@@ -240,12 +240,12 @@ void ScatterTile::add(std::span<const SampleName> names, const float* planes, st
   batch_.resize(names.size());
   std::ranges::transform(names, batch_.begin(),
                          [&](const SampleName& name) { return number_at(name.x, name.y); });
-  for (std::size_t c = 0; c < channels_; ++c) {
+  for (std::size_t c = 0; c < sample_channels_; ++c) {
     const float* const from = planes + c * stride;
     for (std::size_t i = 0; i < names.size(); ++i) {
       if (batch_[i] == kNone) continue;
       const std::size_t s = names[i].index - common_.first;
-      samples_[(s * channels_ + c) * numbers_.size() + batch_[i]] = from[i];
+      samples_[(s * sample_channels_ + c) * pixel_numbers_.size() + batch_[i]] = from[i];
     }
   }
 }
@@ -291,14 +291,14 @@ void ScatterTile::copy_own(const Run& run, const float* from, float* to) const {
 void ScatterTile::add_samples(Part& part) {
   const std::size_t width = result_.x1 - result_.x0, pixels = result_.pixel_count();
   const bool all_reached = part.reached.size() == pixels;
-  leaf_.resize(channels_ * part.reached.size());
+  leaf_.resize(sample_channels_ * part.reached.size());
   for (std::uint32_t s = 0; s < together_; ++s) {
     if (filter_ != nullptr) {
       weigh(filter_->kind, filter_->x, x_[s], weights_x_);
       weigh(filter_->kind, filter_->y, y_[s], weights_y_);
     }
-    for (std::size_t c = 0; c < channels_; ++c) {
-      const float* const from = samples_.data() + (s * channels_ + c) * numbers_.size();
+    for (std::size_t c = 0; c < sample_channels_; ++c) {
+      const float* const from = samples_.data() + (s * sample_channels_ + c) * pixel_numbers_.size();
       float* const to = filtered_.data() + c * pixels;
       for (const Run& run : part.runs) {
         const FilmRect rect = reached_by(run);
@@ -315,21 +315,22 @@ void ScatterTile::add_samples(Part& part) {
       for (std::size_t i = 0; i < part.reached.size(); ++i)
         leaf_[c * part.reached.size() + i] = to[part.reached[i]];
     }
-    part.sums.add_sample(all_reached ? filtered_.data() : leaf_.data(), part.reached.size());
+    part.picture_sums.add_sample(all_reached ? filtered_.data() : leaf_.data(), part.reached.size());
   }
 }
 
 void ScatterTile::end_samples() {
-  for (Part& part : parts_) add_samples(part);
+  for (Part& part : unfinished_parts_) add_samples(part);
   next_sample_ += together_;
   next_pixel_ = 0;
-  for (; !parts_.empty() && parts_.back().samples == next_sample_; parts_.pop_back()) {
-    Part& part = parts_.back();
-    part.sums.end_pixels();
+  for (; !unfinished_parts_.empty() && unfinished_parts_.back().samples == next_sample_;
+       unfinished_parts_.pop_back()) {
+    Part& part = unfinished_parts_.back();
+    part.picture_sums.end_pixels();
     end_part(part);
     for (const Run& run : part.runs) {
       for (std::uint32_t y = run.y; y < run.y + run.height; ++y)
-        std::fill_n(numbers_.begin() + std::ptrdiff_t{y} * width_ + run.x, run.width, kNone);
+        std::fill_n(pixel_numbers_.begin() + std::ptrdiff_t{y} * width_ + run.x, run.width, kNone);
     }
   }
 }

@@ -71,7 +71,7 @@ class ScatterTile final : public SampleSource, public Film {
     std::vector<Run> runs;               // rows from the top
     std::vector<std::uint32_t> reached;  // pixels of the tile
     wire::TileResult picture;
-    TileAccumulator sums;  // of the picture
+    TileAccumulator picture_sums;
   };
 
   void part_blocks(const SampleCounts& counts);
@@ -96,19 +96,19 @@ class ScatterTile final : public SampleSource, public Film {
   const PixelGroup group_;
   const FilmSize film_;
   const std::uint32_t reach_x_, reach_y_;
-  const std::uint32_t width_, height_;  // of the tile and its border
-  const std::uint32_t left_, top_;      // of that, modulo 2^32
+  const std::uint32_t width_, height_;  // size of the tile with its border
+  const std::uint32_t left_, top_;      // its first pixel, modulo 2^32
   std::vector<std::uint32_t> firsts_;   // planes of which a pixel's own sample counts alone
-  const std::size_t channels_;          // that come with samples
-  std::deque<Part> parts_;              // that take more samples, the one with the fewest last
-  std::vector<std::uint32_t> numbers_;  // of the pixels of the tile and its border; or kNone
+  const std::size_t sample_channels_;
+  std::deque<Part> unfinished_parts_;         // the one with the fewest samples last
+  std::vector<std::uint32_t> pixel_numbers_;  // rows of the tile with its border; or kNone
   std::uint32_t next_sample_ = 0, together_ = 0;
   // Pixels of the film for each of the samples at hand; where groups have one pixel, all have those of [0]
   std::array<std::vector<SampleName>, kMostTogether> pixels_;
-  std::size_t next_pixel_ = 0;                  // in these
+  std::size_t next_pixel_ = 0;                  // index in each of pixels_
   std::array<float, kMostTogether> x_{}, y_{};  // places of the samples at hand
   CommonPlaces common_{};
-  // Channel c of sample s of pixel i at (s * channels_ + c) * numbers_.size() + i
+  // Channel c of sample s of pixel i at (s * sample_channels_ + c) * pixel_numbers_.size() + i
   std::vector<float> samples_;
   std::vector<float> filtered_;  // planes of the tile
   std::vector<float> leaf_;      // the same of the pixels that a part reaches alone
