@@ -25,35 +25,38 @@ struct Receiver {
 
 /// A direction towards a light, as seen from a reference point.
 struct LightSample {
-  Vec3 wi;            // unit, from the reference point towards the light
-  Float distance;     // of a shadow ray that ends just before the light (its own error bound taken off); huge
-                      // for lights at infinity
-  Spectrum radiance;  // that arrives along wi if nothing is between; of lights with one point, or one
-                      // direction: intensity / distance^2, or irradiance
-  Float pdf;          // of wi, solid angle, given the light; 1 for lights with one point or direction
-  Mask valid;         // there is a direction with radiance > 0 and pdf > 0
-  Mask delta;         // no other strategy can find this direction
-  Vec2 barycentric{Float(0.0f), Float(0.0f)};  // of the point on a triangle light
+  Vec3 wi;  // unit, from the reference point towards the light
+  /// Length of a shadow ray that ends just before the light (its own error bound taken off); huge for lights
+  /// at infinity.
+  Float distance;
+  /// Radiance that arrives along wi if nothing is between. For lights with one point, intensity / distance^2;
+  /// for lights with one direction, irradiance.
+  Spectrum radiance;
+  Float pdf;   // density of wi by solid angle, given the light; 1 for lights with one point or direction
+  Mask valid;  // there is a direction with radiance > 0 and pdf > 0
+  Mask delta;  // no other strategy can find this direction
+  Vec2 barycentric{Float(0.0f), Float(0.0f)};  // place of the point on a triangle light
   Float cosine = Float(1.0f);  // |cos| of wi with the light's geometric normal; 1 for lights without one
 };
 
 /// A ray that carries light.
 struct Emission {
   Vec3 origin;     // on the emitter, or outside of the scene
-  Vec3 offset;     // by which the ray starts off a surface, along its normal
+  Vec3 offset;     // the ray starts at origin + offset, off the surface; along its normal
   Vec3 direction;  // unit
-  Spectrum flux;  // that the ray stands for: emitted radiance (or intensity) times cosine over the density of
-                  // the ray
+  /// Flux that the ray stands for: emitted radiance (or intensity) times cosine over the density of the ray.
+  Spectrum flux;
   Mask valid;
-  Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};  // of the emitter, unit, geometric, on the ray's side;
-                                                       // zero for lights without one
+  /// The emitter's geometric normal, on the ray's side; unit length. Zero for lights without one.
+  Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};
 };
 
 /// The densities of such a ray.
 struct EmissionDensity {
-  Float place;  // by area of the emitter, given the direction where it depends on that; of lights at infinity
-                // by area of a disk across the direction; 1 for lights at a point
-  Float direction;  // by solid angle; 1 for lights that shine in one direction
+  /// Density of the origin by area of the emitter, given the direction where it depends on that. For lights
+  /// at infinity, by area of a disk across the direction; for lights at a point, 1.
+  Float place;
+  Float direction;  // density by solid angle; 1 for lights that shine in one direction
 };
 
 class LightModel : public LightSource {

@@ -24,8 +24,8 @@ struct LightTraits {
 /// Where a light is, where it shines, and how brightly [Conty Estevez & Kulla 2018].
 struct LightBounds {
   vec64::Vec low = {INFINITY, INFINITY, INFINITY}, high = {-INFINITY, -INFINITY, -INFINITY};
-  vec64::Vec axis = {0, 0, 1};  // of the cone of its normals
-  double angle = 0;             // half of that cone's
+  vec64::Vec axis = {0, 0, 1};  // axis of a cone that holds its normals
+  double angle = 0;             // half of that cone's opening angle
   double reach = 0;             // angle off a normal up to which a light shines
   double intensity = 0;         // along a normal; mean of R, G and B
   bool two_sided = false;

@@ -42,7 +42,7 @@ struct LightRecord {
   std::int32_t two_sided = 0;
   float radiance[kBands] = {
       0, 0, 0};    // radiance, W/(m2 sr); kPoint, kSpot and soft ones: intensity, W/sr; kDistant: W/m2
-  float area = 0;  // of lights with a shape, kRectangle: of the whole; render-space units squared
+  float area = 0;  // lights with a shape; kRectangle: both triangles; render-space units squared
   float position[3] = {0, 0, 0};  // kPoint, kSpot; kSphere, kSoftPoint, kSoftSpot: the centre
   // kSoftPoint, kSoftSpot; kSphere, render space; 0 when cut or not evenly scaled: then sampled by area
   float radius = 0;
@@ -81,9 +81,9 @@ struct Environment {
   std::int32_t width = 0, height = 0;
   BigArray<float>
       texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
-  Piecewise2d distribution;  // over the unit square of the map, density proportional to luminance x Jacobian
-  double flux = 0;           // with a map: integral of the mean of R, G and B over all directions
-  float sampled_share = 1;  // of the light, that the distribution is about: the rest is left to BSDF sampling
+  Piecewise2d distribution;  // domain: the map's unit square; density proportional to luminance x Jacobian
+  double flux = 0;           // where there is a map: integral of the mean of R, G and B over all directions
+  float sampled_share = 1;   // share of the light that the distribution covers; BSDF sampling finds the rest
   // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space.
   // It travels to the side that the cross product of the sides points to.
   float portal[9] = {};
@@ -112,7 +112,7 @@ struct LightTable {
   bool any_textures = false;          // some light has one
   bool any_interpolated = false;      // some light is kInterpolated
   float scene_centre[3] = {0, 0, 0};  // render space
-  float scene_radius = 1;             // of a sphere about the scene's bounds, render-space units
+  float scene_radius = 1;             // radius of a sphere about the scene's bounds, render-space units
 };
 
 }  // namespace tessera::render

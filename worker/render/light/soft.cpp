@@ -34,7 +34,7 @@ class SoftLight final : public LightModel {
     s.pdf = density(c);
     s.valid = and_not(active & is_finite(s.distance), is_black(s.radiance));
     s.delta = active;
-    s.cosine = chord.half / c.radius;
+    s.cosine = chord.half_length / c.radius;
     point_.apply_profile(lanes, s);
     return s;
   }

@@ -8,7 +8,7 @@ namespace tessera::render::TESSERA_ISA {
 /// A point of an emitting surface, in render space.
 struct AreaPoint {
   Vec3 point, normal;                          // unit, on the side that counts as the front
-  Float density;                               // of the point by area
+  Float density;                               // probability density of the point, by area
   Float extent;                                // largest coordinate of the shape about its own origin
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // triangles
 };

@@ -23,9 +23,9 @@ LightSample sample_cone(const LightLanes& lanes, const Cone& c, Vec3 reference, 
   // At the limb the error along the ray grows no further than the chord over which the surface bends away by
   // that much.
   const Float error = ray_end_error(reference, fma(s.wi, distance, reference), c.radius, distance);
-  const Float cos_light = max(chord.half, sqrt(0.5f * c.radius * error)) / c.radius;
+  const Float cos_light = max(chord.half_length, sqrt(0.5f * c.radius * error)) / c.radius;
   s.distance = shortened(distance, error, cos_light);
-  s.cosine = chord.half / c.radius;
+  s.cosine = chord.half_length / c.radius;
   s.radiance = lanes.radiance();
   s.pdf = cone_pdf(c.one_minus_cos_max);
   // Outside is the front, unless the shape is flipped.
