@@ -193,7 +193,7 @@ TEST(Display, IsContinuousAcrossPatchesOfAllSizes) {
     const Shown a = look_up(solution, 0, {{1 - t, kStep, t - kStep}});
     const Shown b = look_up(solution, 2, {{1 - t, t - kStep, kStep}});
     EXPECT_NEAR(a.irradiance.band[0], b.irradiance.band[0], 1e-5) << t;
-    levels |= 1 << a.level;
+    levels |= 1 << a.patch_level;
     const double line = i / 1024.0;
     for (const Side side : {0u, 2u}) {
       const double u = 0.3 * (1 - line);

@@ -47,14 +47,14 @@ Mask is_at_site(const RecordTree& tree, const auto& records, Vec3 p, Mask active
 IrradianceCache::IrradianceCache(std::vector<IrradianceRecord> records, float error, GlossyRecords glossy)
     : error_(error),
       tree_(sites_of(records), error),
-      records_(in_order(records, tree_)),
+      records_in_tree_order_(in_order(records, tree_)),
       glossy_(std::move(glossy), error) {}
 
 Irradiance IrradianceCache::look_up(Vec3 p, Vec3 n, Mask active) const {
   Float weights(0.0f);
   Spectrum sum(0.0f);
   tree_.visit(p, active, [&](std::size_t i) {
-    const IrradianceRecord& record = records_[i];
+    const IrradianceRecord& record = records_in_tree_order_[i];
     const Float weight = max(fnma(split_sphere_error(record, p, n), Float(1 / error_), Float(1.0f)), 0.0f);
     if (none(active & (weight > 0.0f))) return;
     weights += weight;
@@ -65,12 +65,12 @@ Irradiance IrradianceCache::look_up(Vec3 p, Vec3 n, Mask active) const {
 }
 
 Mask IrradianceCache::covers(Vec3 p, Vec3 n, float error, Mask glossy, Mask active) const {
-  return is_covered(tree_, records_, p, n, error, and_not(active, glossy)) |
+  return is_covered(tree_, records_in_tree_order_, p, n, error, and_not(active, glossy)) |
          is_covered(glossy_.tree(), glossy_.sites(), p, n, error, active & glossy);
 }
 
 Mask IrradianceCache::at_record(Vec3 p, Mask glossy, Mask active) const {
-  return is_at_site(tree_, records_, p, and_not(active, glossy)) |
+  return is_at_site(tree_, records_in_tree_order_, p, and_not(active, glossy)) |
          is_at_site(glossy_.tree(), glossy_.sites(), p, active & glossy);
 }
 

@@ -37,7 +37,7 @@ class IrradianceCache final : public Prepared {
  private:
   const float error_;
   RecordTree tree_;
-  std::vector<IrradianceRecord> records_;  // in the order of the tree
+  std::vector<IrradianceRecord> records_in_tree_order_;
   GlossyCache glossy_;
 };
 

@@ -159,10 +159,10 @@ void Gather::trace_cells(const RecordPlace& place, auto& hemisphere) {
     start_paths(place, hemisphere, first, n);
     trace(1, n);
     for (int i = 0; i < n; i += kWidth) {
-      const Vec3 local{Float::load(direction_[0] + i), Float::load(direction_[1] + i),
-                       Float::load(direction_[2] + i)};
+      const Vec3 local{Float::load(cell_direction_[0] + i), Float::load(cell_direction_[1] + i),
+                       Float::load(cell_direction_[2] + i)};
       keep(hemisphere, first + i, std::min(n - i, kWidth), local, rgb_of(batch_.summable_radiance(i)),
-           max(Float::load(distance_ + i), kLeastDistance));
+           max(Float::load(sample_distance_ + i), kLeastDistance));
     }
   }
 }
@@ -181,7 +181,7 @@ void Gather::keep(RadianceHemisphere& hemisphere, int first, int, Vec3 direction
 }
 
 void Gather::start_paths(const RecordPlace& place, const auto& hemisphere, int first, int n) {
-  batch_.start(place.key, static_cast<std::uint32_t>(first), n);
+  batch_.start(place.random_key, static_cast<std::uint32_t>(first), n);
   const Frame frame = Frame::from_normal(broadcast(place.n));
   Surface surface;
   surface.p = broadcast(place.p), surface.ng = broadcast(place.ng), surface.error = Float(place.error);
@@ -189,7 +189,8 @@ void Gather::start_paths(const RecordPlace& place, const auto& hemisphere, int f
     const Sampler sampler = batch_.sampler(Int::iota(i), Mask::all());
     const Vec2 u = sampler.get_2d(dimension::kFirstEvent + dimension::kBsdfDirection);
     const Vec3 local = hemisphere.direction(Int::iota(first + i), u);
-    local.x.store(direction_[0] + i), local.y.store(direction_[1] + i), local.z.store(direction_[2] + i);
+    local.x.store(cell_direction_[0] + i), local.y.store(cell_direction_[1] + i),
+        local.z.store(cell_direction_[2] + i);
     const Vec3 direction = frame.to_world(local);
     WidePath path;
     path.origin = path.reference = offset_origin(surface, direction);
@@ -202,12 +203,12 @@ void Gather::start_paths(const RecordPlace& place, const auto& hemisphere, int f
     path.time = Float(0.0f);
     path.medium = Int(-1);
     store(scene_, path, paths_, i);
-    Float(std::numeric_limits<float>::infinity()).store(distance_ + i);
+    Float(std::numeric_limits<float>::infinity()).store(sample_distance_ + i);
   }
 }
 
 void Gather::met(Encounter& e) {
-  if (e.depth == 1) scatter(e.hit.t, distance_, e.path.slot, e.on_surface);
+  if (e.depth == 1) scatter(e.hit.t, sample_distance_, e.path.slot, e.on_surface);
   IrradianceCached::met(e);
 }
 

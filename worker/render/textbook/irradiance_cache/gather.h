@@ -16,8 +16,8 @@ struct RecordPlace {
   float error;        // Surface::error
   float n[3];         // unit, on the side that the light comes from
   float pixel;        // width of a pixel of the film there
-  std::uint32_t key;  // of its random numbers
-  bool glossy;        // one of incoming radiance
+  std::uint32_t random_key;
+  bool glossy;  // one of incoming radiance
 };
 
 class Gather final : private IrradianceCached {
@@ -47,8 +47,8 @@ class Gather final : private IrradianceCached {
   // Ever finer ones.
   std::vector<Hemisphere> hemispheres_;
   std::vector<RadianceHemisphere> glossy_hemispheres_;
-  alignas(64) Lanes<float> distance_;      // of the samples in flight
-  alignas(64) Lanes<float> direction_[3];  // of their cells, about +z
+  alignas(64) Lanes<float> sample_distance_;    // along first segments
+  alignas(64) Lanes<float> cell_direction_[3];  // z: along the normal
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -132,7 +132,7 @@ class Recorder final : private Wavefront, private PathObserver {
                        .error = v.surface.error.lane(lane),
                        .n = {n.x.lane(lane), n.y.lane(lane), n.z.lane(lane)},
                        .pixel = pixel.lane(lane),
-                       .key = key.lane(lane),
+                       .random_key = key.lane(lane),
                        .glossy = (wanted.glossy.bits() >> lane & 1) != 0});
     }
   }

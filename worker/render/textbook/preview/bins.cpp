@@ -80,7 +80,7 @@ Bins::Bins(const Clusters& clusters, const ShapeTable& shapes, const Projection&
       projection_(projection),
       columns_((projection.width + kBinSide - 1) / kBinSide),
       rows_((projection.height + kBinSide - 1) / kBinSide),
-      found_(static_cast<std::size_t>((clusters.drawn() + kPieceSize - 1) / kPieceSize)) {
+      found_by_piece_(static_cast<std::size_t>((clusters.drawn() + kPieceSize - 1) / kPieceSize)) {
   for (int columns = columns_, rows = rows_;; columns = (columns + 1) / 2, rows = (rows + 1) / 2) {
     levels_.push_back({columns, cells_});
     cells_ += static_cast<std::size_t>(columns) * static_cast<std::size_t>(rows);
@@ -105,20 +105,21 @@ void Bins::add(const BinEntry& entry, std::vector<Found>& found) const {
 }
 
 void Bins::find(std::size_t piece, const std::vector<std::uint8_t>& seen) {
-  std::vector<Found>& found = found_[piece];
+  std::vector<Found>& found = found_by_piece_[piece];
   found.clear();
   const std::uint64_t begin = piece * kPieceSize, end = std::min(begin + kPieceSize, clusters_.drawn());
   for (std::size_t d = clusters_.draw_at(begin); d < clusters_.draws().size(); ++d) {
     const Draw& draw = clusters_.draws()[d];
-    if (draw.first >= end) break;
+    if (draw.first_cluster >= end) break;
     if (!seen[static_cast<std::size_t>(draw.shape)]) continue;
     const Affine* const placed =
         draw.instance < 0 ? nullptr
                           : &shapes_.instances[static_cast<std::size_t>(draw.instance)].render_from_instance;
     const Rows rows = rows_of(projection_, placed, 0, 0, 1);
     const std::size_t first = clusters_.first_of(draw.shape);
-    const std::uint64_t last = std::min(draw.first + clusters_.count_of(draw.shape), end) - draw.first;
-    for (std::uint64_t c = std::max(begin, draw.first) - draw.first; c < last; c += kWidth) {
+    const std::uint64_t last =
+        std::min(draw.first_cluster + clusters_.count_of(draw.shape), end) - draw.first_cluster;
+    for (std::uint64_t c = std::max(begin, draw.first_cluster) - draw.first_cluster; c < last; c += kWidth) {
       const Mask active = Mask::first(static_cast<int>(std::min<std::uint64_t>(kWidth, last - c)));
       const BoxesOnFilm on_film = boxes_on_film(clusters_.boxes(first + c), rows, projection_,
                                                 projection_.width, projection_.height, active);
@@ -144,19 +145,19 @@ void Bins::find(std::size_t piece, const std::vector<std::uint8_t>& seen) {
 
 void Bins::sort() {
   std::vector<std::size_t> count(cells_ + 1);
-  for (const std::vector<Found>& piece : found_) {
+  for (const std::vector<Found>& piece : found_by_piece_) {
     for (const Found& found : piece) ++count[found.cell + 1];
   }
   for (std::size_t i = 1; i < count.size(); ++i) count[i] += count[i - 1];
-  begin_ = count;
+  cell_begin_ = count;
   entries_.resize(count.back());
-  for (const std::vector<Found>& piece : found_) {
+  for (const std::vector<Found>& piece : found_by_piece_) {
     for (const Found& found : piece) entries_[count[found.cell]++] = found.entry;
   }
-  std::vector<std::vector<Found>>().swap(found_);
-  for (std::size_t i = 0; i + 1 < begin_.size(); ++i) {
-    std::sort(entries_.begin() + static_cast<std::ptrdiff_t>(begin_[i]),
-              entries_.begin() + static_cast<std::ptrdiff_t>(begin_[i + 1]), is_before);
+  std::vector<std::vector<Found>>().swap(found_by_piece_);
+  for (std::size_t i = 0; i + 1 < cell_begin_.size(); ++i) {
+    std::sort(entries_.begin() + static_cast<std::ptrdiff_t>(cell_begin_[i]),
+              entries_.begin() + static_cast<std::ptrdiff_t>(cell_begin_[i + 1]), is_before);
   }
 }
 
@@ -166,14 +167,14 @@ Bins::Walk::Walk(const Bins& bins, int column, int row) : column_(column), row_(
     const std::size_t cell = level.first_cell +
                              static_cast<std::size_t>(row >> k) * static_cast<std::size_t>(level.columns) +
                              static_cast<std::size_t>(column >> k);
-    const std::size_t begin = bins.begin_[cell], end = bins.begin_[cell + 1];
-    if (begin < end) rest_.push_back(std::span(bins.entries_).subspan(begin, end - begin));
+    const std::size_t begin = bins.cell_begin_[cell], end = bins.cell_begin_[cell + 1];
+    if (begin < end) remaining_entries_.push_back(std::span(bins.entries_).subspan(begin, end - begin));
   }
 }
 
 const BinEntry* Bins::Walk::next() {
   std::span<const BinEntry>* nearest = nullptr;
-  for (std::span<const BinEntry>& rest : rest_) {
+  for (std::span<const BinEntry>& rest : remaining_entries_) {
     while (!rest.empty() && !rest.front().covers(column_, row_)) rest = rest.subspan(1);
     if (rest.empty() || (nearest != nullptr && !is_before(rest.front(), nearest->front()))) continue;
     nearest = &rest;

@@ -33,7 +33,7 @@ TESSERA_INLINE Float nearness_of(bool perspective, Float depth) {
 struct BinEntry {
   float nearness;  // none of it is nearer
   std::uint32_t draw;
-  std::uint32_t cluster;                               // within its shape
+  std::uint32_t cluster;                               // number within its shape
   std::uint16_t column0, row0, last_column, last_row;  // the last are among them
 
   bool covers(int column, int row) const {
@@ -51,7 +51,7 @@ class Bins {
 
   Bins(const Clusters& clusters, const ShapeTable& shapes, const Projection& projection);
 
-  std::size_t pieces() const { return found_.size(); }
+  std::size_t pieces() const { return found_by_piece_.size(); }
   /// Looks at one piece of all drawn clusters; `seen` says whether a shape is seen in this view. Threads may
   /// do so for different pieces, and again for one that memory ran out for.
   void find(std::size_t piece, const std::vector<std::uint8_t>& seen);
@@ -71,7 +71,7 @@ class Bins {
 
    private:
     int column_, row_;
-    std::vector<std::span<const BinEntry>> rest_;  // of the cells above the bin, what is still to come
+    std::vector<std::span<const BinEntry>> remaining_entries_;  // one span for each cell above the bin
   };
   Walk walk(int column, int row) const { return {*this, column, row}; }
   /// Clusters in all cells together, once sorted.
@@ -80,7 +80,7 @@ class Bins {
  private:
   struct Level {
     int columns = 0;
-    std::size_t first_cell = 0;  // of the level's rows, one after the other
+    std::size_t first_cell = 0;  // the level's cells follow, row by row
   };
   struct Found {
     std::uint32_t cell;
@@ -94,8 +94,8 @@ class Bins {
   const int columns_, rows_;
   std::vector<Level> levels_;
   std::size_t cells_ = 0;
-  std::vector<std::vector<Found>> found_;  // by piece
-  std::vector<std::size_t> begin_;         // of each cell, and the end of the last
+  std::vector<std::vector<Found>> found_by_piece_;
+  std::vector<std::size_t> cell_begin_;  // index in entries_; one more, the end of the last cell
   std::vector<BinEntry> entries_;
 };
 

@@ -64,8 +64,8 @@ Clusters::Clusters(const ShapeTable& shapes) : shapes_(shapes) {
   first_.reserve(shapes.shapes.size() + 1);
   for (const ShapeRecord& shape : shapes.shapes) {
     first_.push_back(count_);
-    primitives_.push_back(primitives_of(shapes, shape));
-    count_ += static_cast<std::size_t>((primitives_.back() + kClusterSize - 1) / kClusterSize);
+    primitives_of_shape_.push_back(primitives_of(shapes, shape));
+    count_ += static_cast<std::size_t>((primitives_of_shape_.back() + kClusterSize - 1) / kClusterSize);
   }
   first_.push_back(count_);
   for (int c = 0; c < 3; ++c) {
@@ -88,12 +88,13 @@ Clusters::Clusters(const ShapeTable& shapes) : shapes_(shapes) {
 
 int Clusters::primitives(std::int32_t shape, std::size_t index) const {
   const auto first = static_cast<std::int32_t>(index) * kClusterSize;
-  return std::min(kClusterSize, primitives_[static_cast<std::size_t>(shape)] - first);
+  return std::min(kClusterSize, primitives_of_shape_[static_cast<std::size_t>(shape)] - first);
 }
 
 std::size_t Clusters::draw_at(std::uint64_t place) const {
-  const auto after = std::upper_bound(draws_.begin(), draws_.end(), place,
-                                      [](std::uint64_t p, const Draw& draw) { return p < draw.first; });
+  const auto after =
+      std::upper_bound(draws_.begin(), draws_.end(), place,
+                       [](std::uint64_t p, const Draw& draw) { return p < draw.first_cluster; });
   return static_cast<std::size_t>(after - draws_.begin()) - 1;
 }
 

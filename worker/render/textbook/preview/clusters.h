@@ -25,8 +25,8 @@ struct WideBox {
 /// Shapes where they stand: in the world, or by an instance.
 struct Draw {
   std::int32_t shape;
-  std::int32_t instance;  // -1: none
-  std::uint64_t first;    // of its clusters, counted through all draws
+  std::int32_t instance;        // -1: none
+  std::uint64_t first_cluster;  // clusters are counted through all draws
 };
 
 class Clusters {
@@ -57,8 +57,8 @@ class Clusters {
 
  private:
   const ShapeTable& shapes_;
-  std::vector<std::size_t> first_;        // cluster of each shape, and their number
-  std::vector<std::int32_t> primitives_;  // of each shape
+  std::vector<std::size_t> first_;  // cluster of each shape, and their number
+  std::vector<std::int32_t> primitives_of_shape_;
   std::size_t count_ = 0;
   std::vector<Draw> draws_;
   std::uint64_t drawn_ = 0;

@@ -32,7 +32,8 @@ void PreviewFrame::add_shadow_maps() {
     ShadowMap& map = *shadows_.emplace_back(std::make_unique<ShadowMap>(scene_, lamp));
     for (std::size_t face = 0; face < map.faces(); ++face) {
       add_eye(map.sensor(face), 1, lamp.shape, &map, face);
-      for (int row = 0; row < eyes_.back().bins->rows(); ++row) rows_.emplace_back(eyes_.size() - 1, row);
+      for (int row = 0; row < eyes_.back().bins->rows(); ++row)
+        shadow_bin_rows_.emplace_back(eyes_.size() - 1, row);
     }
   }
 }
@@ -47,7 +48,7 @@ void PreviewFrame::add_eye(const SensorRecord& sensor, int reach, std::int32_t w
         scene_.materials.materials[static_cast<std::size_t>(scene_.shapes.shapes[i].material)];
     // Sheets that light passes straight do not shadow it.
     const bool there = material.kind != kNoSurface && (map == nullptr || !(material.flags & kPassesStraight));
-    eye.seen.push_back(there && static_cast<std::int32_t>(i) != without);
+    eye.shape_seen.push_back(there && static_cast<std::int32_t>(i) != without);
   }
   eyes_.push_back(std::move(eye));
 }
@@ -62,16 +63,16 @@ std::vector<SharedWork::Stage> PreviewFrame::stages() {
           {eyes_.size() * pieces,
            [this, pieces](std::size_t i, const RayQuery&) {
              const Eye& eye = eyes_[i / pieces];
-             eye.bins->find(i % pieces, eye.seen);
+             eye.bins->find(i % pieces, eye.shape_seen);
            }},
           {eyes_.size(), [this](std::size_t i, const RayQuery&) { eyes_[i].bins->sort(); }},
-          {rows_.size(), [this](std::size_t i, const RayQuery& rays) { draw_row(i, rays); }}};
+          {shadow_bin_rows_.size(), [this](std::size_t i, const RayQuery& rays) { draw_row(i, rays); }}};
 }
 
 void PreviewFrame::draw_row(std::size_t piece, const RayQuery& rays) const {
-  const auto [index, row] = rows_[piece];
+  const auto [index, row] = shadow_bin_rows_[piece];
   const Eye& eye = eyes_[index];
-  const View view{*eye.sensor, *eye.bins, eye.seen};
+  const View view{*eye.sensor, *eye.bins, eye.shape_seen};
   const auto raster = std::make_unique<Raster>(scene_, clusters_, rays);
   for (int column = 0; column < eye.bins->columns(); ++column) {
     raster->render(view, column, row);

@@ -31,7 +31,7 @@ class PreviewFrame final : public Prepared {
   const std::vector<std::unique_ptr<ShadowMap>>& shadows() const { return shadows_; }
   /// The camera's view, with samples at a place in their pixels.
   View view(std::int32_t sample_x, std::int32_t sample_y) const {
-    return {scene_.sensor, *eyes_.front().bins, eyes_.front().seen, sample_x, sample_y};
+    return {scene_.sensor, *eyes_.front().bins, eyes_.front().shape_seen, sample_x, sample_y};
   }
 
  private:
@@ -39,7 +39,7 @@ class PreviewFrame final : public Prepared {
   struct Eye {
     const SensorRecord* sensor;
     std::unique_ptr<Bins> bins;
-    std::vector<std::uint8_t> seen;  // by shape
+    std::vector<std::uint8_t> shape_seen;
     ShadowMap* map;
     std::size_t face;
   };
@@ -54,7 +54,7 @@ class PreviewFrame final : public Prepared {
   const Lighting lighting_;
   std::vector<std::unique_ptr<ShadowMap>> shadows_;
   std::vector<Eye> eyes_;
-  std::vector<std::pair<std::size_t, int>> rows_;  // of bins of shadow maps: eye, row
+  std::vector<std::pair<std::size_t, int>> shadow_bin_rows_;  // eye, row
   std::unique_ptr<SharedWork> work_;
 };
 

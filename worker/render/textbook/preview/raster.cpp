@@ -271,7 +271,7 @@ void Raster::cast(int count) {
       const std::int32_t shape = hits_.shape[i];
       if (shape < 0) continue;
       const float t = hits_.t[i];
-      if (!view_->seen[static_cast<std::size_t>(shape)]) {
+      if (!view_->shape_seen[static_cast<std::size_t>(shape)]) {
         // On from there; neighbours in the arrays have been looked at.
         const float on = t * (1 + 0x1p-17f);
         origin_.x[left] = origin_.x[i] + direction_.x[i] * on;

@@ -18,9 +18,9 @@ inline constexpr int kBinPixels = kBinSide * kBinSide;
 
 /// From where the scene is seen.
 struct View {
-  const SensorRecord& sensor;  // that the bins were made for
+  const SensorRecord& sensor;  // the one that the bins were made for
   const Bins& bins;
-  const std::vector<std::uint8_t>& seen;  // by shape: whether it is there at all
+  const std::vector<std::uint8_t>& shape_seen;
   // Places of samples in their pixels, in sub-pixels from the upper left corner.
   std::int32_t sample_x = kSubPixels / 2, sample_y = kSubPixels / 2;
 };
@@ -77,7 +77,7 @@ class Raster {
   const View* view_ = nullptr;
   int left_ = 0, top_ = 0;  // its first pixel
   alignas(64) float nearness_[kBinPixels];
-  alignas(64) std::int32_t item_[kBinPixels];  // in items_; -1: nothing
+  alignas(64) std::int32_t item_[kBinPixels];  // index in items_; -1: nothing
   std::uint32_t covered_[kBinSide];            // a bit for each pixel that a box covers, by rows
   std::vector<Item> items_;
   // The shape at hand.

@@ -32,7 +32,7 @@ namespace detail {
 /// The half-plane of a side: the samples (i, j) for which i * per_column + j * per_row + at_origin >= 0.
 struct Side {
   double per_column, per_row, at_origin;
-  double inverse;  // of |per_column|
+  double inverse;  // 1 / |per_column|, or 0
 
   Side(double ax, double ay, double bx, double by) {
     const double dx = bx - ax, dy = by - ay;

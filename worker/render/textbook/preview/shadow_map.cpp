@@ -53,11 +53,11 @@ ShadowMap::ShadowMap(const SceneTables& scene, const Lamp& lamp) : lamp_(lamp) {
     frame_[row][0] = axis.x.lane(0), frame_[row][1] = axis.y.lane(0), frame_[row][2] = axis.z.lane(0);
     ++row;
   }
-  std::copy_n(lamp.place, 3, place_);
+  std::copy_n(lamp.place, 3, depth_origin_);
   constexpr int kAlong = 4;  // the face about the axis
   if (lamp.at_infinity) {
     reach_ = scene.lights.scene_radius;
-    for (int c = 0; c < 3; ++c) place_[c] = scene.lights.scene_centre[c] - lamp.axis[c] * reach_;
+    for (int c = 0; c < 3; ++c) depth_origin_[c] = scene.lights.scene_centre[c] - lamp.axis[c] * reach_;
     side_ = kOnlyFaceSide;
     add_face(kAlong, reach_);
     faces_.back().sensor.kind = SensorKind::kOrthographic;
@@ -88,7 +88,7 @@ void ShadowMap::add_face(int number, float half_tangent) {
     m[4 * c] = frame_[(axis + 1) % 3][c];
     m[4 * c + 1] = frame_[(axis + 2) % 3][c];
     m[4 * c + 2] = frame_[axis][c] * sign;
-    m[4 * c + 3] = place_[c];
+    m[4 * c + 3] = depth_origin_[c];
   }
   face.sensor.scale_x = face.sensor.scale_y = 2 * half_tangent / static_cast<float>(side_);
   face.sensor.offset_x = face.sensor.offset_y = -half_tangent;
@@ -109,12 +109,12 @@ ShadowMap::Local ShadowMap::localise(const ShadowReceiver& at) const {
     return Vec3{dot(w, wide(frame_[0])), dot(w, wide(frame_[1])), dot(w, wide(frame_[2]))};
   };
   Local local;
-  local.v = turn(at.p - wide(place_));
+  local.v = turn(at.p - wide(depth_origin_));
   const Vec3 light = lamp_.at_infinity ? Vec3{Float(0.0f), Float(0.0f), Float(1.0f)} : local.v;
   local.n = face_forward(turn(at.n), -light);
-  local.height = max(-dot(local.n, light), 1e-30f);
-  const Vec3 size = abs(at.p) + abs(wide(place_));
-  local.rounding = max(max(size.x, size.y), size.z) * kPositionRounding;
+  local.lamp_height = max(-dot(local.n, light), 1e-30f);
+  const Vec3 size = abs(at.p) + abs(wide(depth_origin_));
+  local.position_rounding = max(max(size.x, size.y), size.z) * kPositionRounding;
   const Frame across = Frame::from_normal(normalize(light));
   local.across_u = across.x;
   local.across_v = across.y;
@@ -151,13 +151,13 @@ ShadowMap::Tap ShadowMap::tap_face(const Local& at, Vec3 v, Mask active) const {
   const auto middle = [&](Int i) { return (to_float(i) + (0.5f - half)) * texel; };
   // The plane through the receiver, where the ray through the texel's middle meets it: 1 / depth is linear
   // there. Beyond the receiver's own depth the plane may stand for what lies behind another surface.
-  const Float on_plane = -fma(n.x, sign, fma(n.y, middle(column), n.z * middle(row))) / at.height;
+  const Float on_plane = -fma(n.x, sign, fma(n.y, middle(column), n.z * middle(row))) / at.lamp_height;
   const Float own_depth = own.x * sign;
   const Float own_nearness = 1.0f / select(own_depth > 0.0f, own_depth, 1e-30f);
   const Float reference = max(on_plane, own_nearness);
   // Places in the map are off by half a sub-pixel in either coordinate; twice that for its slopes.
-  const Float snapped = (abs(n.y) + abs(n.z)) * (texel / kSubPixels) / at.height;
-  const Float bias = fma(reference, at.rounding / at.height + kPositionRounding, snapped);
+  const Float snapped = (abs(n.y) + abs(n.z)) * (texel / kSubPixels) / at.lamp_height;
+  const Float bias = fma(reference, at.position_rounding / at.lamp_height + kPositionRounding, snapped);
 
   const Int face =
       only ? Int(0)
@@ -176,10 +176,10 @@ ShadowMap::Tap ShadowMap::tap_parallel(const Local& at, Vec3 v, Mask active) con
   const Int column = index(v.x), row = index(v.y);
   const auto middle = [&](Int i) { return (to_float(i) + (0.5f - half)) * texel; };
   const Float aside = at.n.x * (middle(column) - at.v.x) + at.n.y * (middle(row) - at.v.y);
-  const Float plane_depth = at.v.z + aside / at.height;  // the height is -n.z
+  const Float plane_depth = at.v.z + aside / at.lamp_height;  // lamp_height is -n.z
   const Float reference = -min(plane_depth, at.v.z);
-  const Float slope = (abs(at.n.x) + abs(at.n.y)) / at.height;
-  const Float bias = fma(slope, Float(texel / kSubPixels), at.rounding / at.height);
+  const Float slope = (abs(at.n.x) + abs(at.n.y)) / at.lamp_height;
+  const Float bias = fma(slope, Float(texel / kSubPixels), at.position_rounding / at.lamp_height);
   const Float there = gather(texels_.data(), row * side_ + column, active);
   const Mask blocked = active & (there > reference + bias);
   return {blocked, -select(blocked, there, 0.0f)};
@@ -198,7 +198,7 @@ Vec3 ShadowMap::tap_place(const Local& at, int i, Float radius, Float cosine, Fl
 Float ShadowMap::visible(const ShadowReceiver& receiver, ShadowKind kind, Mask active) const {
   const Local at = localise(receiver);
   if (kind == ShadowKind::kHard) return select(tap(at, at.v, active).blocked, Float(0.0f), Float(1.0f));
-  const Float cosine = cos(receiver.angle), sine = sin(receiver.angle);
+  const Float cosine = cos(receiver.tap_angle), sine = sin(receiver.tap_angle);
   const Float depth = depth_of(at);
   const Float texel =
       Float(2 * reach_ / static_cast<float>(side_)) * (lamp_.at_infinity ? Float(1.0f) : depth);
@@ -212,7 +212,7 @@ Float ShadowMap::visible(const ShadowReceiver& receiver, ShadowKind kind, Mask a
     for (int i = 0; i < kTaps; ++i) {
       const Tap one = tap(at, tap_place(at, i, search, cosine, sine), active);
       count += select(one.blocked, Float(1.0f), Float(0.0f));
-      sum += select_or_zero(one.blocked, one.depth);
+      sum += select_or_zero(one.blocked, one.texel_depth);
     }
     // All of it blocked is the umbra; none of it, full light.
     share = select(count < static_cast<float>(kTaps), Float(1.0f), Float(0.0f));

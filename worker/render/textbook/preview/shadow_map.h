@@ -20,8 +20,8 @@ inline constexpr int kOnlyFaceSide = 1024;
 
 /// Where 16 points of surfaces are.
 struct ShadowReceiver {
-  Vec3 p, n;    // n: geometric normal
-  Float angle;  // by which the pattern of taps is turned
+  Vec3 p, n;        // n: geometric normal
+  Float tap_angle;  // turns the pattern of taps
 };
 
 class ShadowMap {
@@ -45,14 +45,14 @@ class ShadowMap {
   };
   /// A receiver in the map's own space: from the lamp, in its frame.
   struct Local {
-    Vec3 v, n;                // n on the lamp's side
-    Float height;             // of the lamp over the receiver's plane
-    Float rounding;           // of positions
+    Vec3 v, n;          // n on the lamp's side
+    Float lamp_height;  // over the receiver's plane
+    Float position_rounding;
     Vec3 across_u, across_v;  // across the way to the lamp
   };
   struct Tap {
     Mask blocked;
-    Float depth;  // of what is in the texel
+    Float texel_depth;
   };
 
   void add_face(int number, float half_tangent);
@@ -65,8 +65,8 @@ class ShadowMap {
 
   const Lamp& lamp_;
   float frame_[3][3];  // rows: the map's axes in render space, the last along the light
-  float place_[3];     // from where depths are counted
-  float reach_;        // half of the side of a parallel map; the tangent of half of a face's angle otherwise
+  float depth_origin_[3];
+  float reach_;  // half of the side of a parallel map; the tangent of half of a face's angle otherwise
   int side_;
   std::vector<Face> faces_;
   std::vector<float> texels_;  // nearness (bins.h), rows of all six faces, or of the only one

@@ -10,11 +10,11 @@
 namespace tessera::render::TESSERA_ISA::radiosity {
 
 struct Cluster {
-  Vec centre;  // of a sphere that holds all of its sides
+  Vec centre;  // centre of a sphere that holds all of its sides
   double radius = 0;
-  double area = 0;                     // of all of them
-  std::uint32_t first = 0, count = 0;  // in Clusters::order
-  std::uint32_t children[2] = {0, 0};  // of more than one side
+  double area = 0;                     // sum over its sides
+  std::uint32_t first = 0, count = 0;  // its sides: a range of Clusters::order_
+  std::uint32_t children[2] = {0, 0};  // clusters of more than one side: numbers of the two halves
 };
 
 class Clusters {
@@ -36,7 +36,7 @@ class Clusters {
 
   std::vector<Cluster> clusters_;
   std::vector<Side> order_;
-  std::vector<double> area_before_;  // of order_[i], that of all before it
+  std::vector<double> area_before_;  // [i]: sum over the sides before order_[i]
 };
 
 }  // namespace tessera::render::TESSERA_ISA::radiosity

@@ -92,7 +92,7 @@ Linker::Linker(const IntegratorContext& context, const Surfaces& surfaces, const
       visibility_(context) {
   const LightTable& lights = context.scene.lights;
   for (std::size_t i = 0; i < lights.lights.size(); ++i) {
-    if (lights.lights[i].shape < 0) lights_.push_back(static_cast<std::int32_t>(i));
+    if (lights.lights[i].shape < 0) lights_without_surface_.push_back(static_cast<std::int32_t>(i));
   }
 }
 
@@ -100,7 +100,7 @@ void Linker::link(Side side, Links& to) {
   if (!(surfaces_.area(side) > 0)) return;
   const Name name = Name::of_side(side);
   std::vector<Pair> pairs{{name, Name::of_cluster(0)}}, asked, next;
-  for (const std::int32_t light : lights_) pairs.push_back({name, {}, light});
+  for (const std::int32_t light : lights_without_surface_) pairs.push_back({name, {}, light});
   const std::size_t first = to.links.size();
   const double most = bounds_.links_per_side + bounds_.links_per_area * surfaces_.area(side);
   std::size_t decided = 0;  // pairs of lights
@@ -111,7 +111,7 @@ void Linker::link(Side side, Links& to) {
     next.clear(), asked.clear();
     // A split takes one pair away and adds four at most. Lights count with what they are split into: those
     // that are decided at one patch are one.
-    std::size_t count = to.links.size() - first + decided + pairs.size() - lights_.size();
+    std::size_t count = to.links.size() - first + decided + pairs.size() - lights_without_surface_.size();
     const auto has_room = [&] {
       if (static_cast<double>(count + 3) <= most) return true;
       cut_short = true;
@@ -276,7 +276,7 @@ void Linker::aim_at_patch(const Pair& pair, const Patch& receiver, std::size_t i
     for (int i = 0; i < bounds_.rays; ++i, spread.next()) {
       const Vec to = finding.view.seen[point].point(spread.u(), spread.v());
       visibility_.add(from, receiver.normal, to, source.normal);
-      rays_.push_back({index, point, {{1, 1, 1}}});
+      visibility_rays_.push_back({index, point, {{1, 1, 1}}});
     }
   }
 }
@@ -296,7 +296,7 @@ void Linker::aim_at_cluster(const Pair& pair, const Patch& receiver, std::size_t
       visibility_.add(from, receiver.normal, to, side.normal);
       const auto part =
           static_cast<float>(source.area * cosines / (std::numbers::pi * square * square * bounds_.rays));
-      rays_.push_back({index, point, {{part, part, part}}});
+      visibility_rays_.push_back({index, point, {{part, part, part}}});
     }
   }
 }
@@ -337,7 +337,7 @@ void Linker::aim_at_light(const Pair& pair, const Patch& receiver, std::size_t i
       for (int i = 0; i < kWidth; ++i) {
         if ((shines.bits() >> i & 1) == 0) continue;
         visibility_.add(from[i], n, Vec{w[0][i], w[1][i], w[2][i]}, double{distance[i]});
-        rays_.push_back({index, point, {{band[0][i], band[1][i], band[2][i]}}});
+        visibility_rays_.push_back({index, point, {{band[0][i], band[1][i], band[2][i]}}});
       }
       if (is_one) break;
     }
@@ -347,13 +347,13 @@ void Linker::aim_at_light(const Pair& pair, const Patch& receiver, std::size_t i
 void Linker::trace(std::vector<Finding>& findings) {
   visibility_.trace();
   for (int i = 0; i < visibility_.size(); ++i) {
-    const Ray& ray = rays_[static_cast<std::size_t>(i)];
+    const Ray& ray = visibility_rays_[static_cast<std::size_t>(i)];
     Finding& finding = findings[ray.finding];
     finding.sent[ray.point] += ray.carries;
     if (visibility_.is_free(i)) finding.arrives[ray.point] += ray.carries;
   }
   visibility_.clear();
-  rays_.clear();
+  visibility_rays_.clear();
 }
 
 }  // namespace tessera::render::TESSERA_ISA::radiosity

@@ -64,11 +64,11 @@ void pull(const Surfaces& surfaces, const Clusters& clusters, Brightness& bright
 
 struct LinkBounds {
   bool split = true;          // patches fall into parts; where not, sides are linked as they are
-  double error = 0;           // of a link, W/m^2
-  double relative_error = 1;  // of a link, where that is less
+  double error = 0;           // largest error of a link, W/m^2
+  double relative_error = 1;  // largest relative error of a link, where that is less
   double factor = 1;          // largest form factor of a cluster
-  double smallest_area = 0;   // below which no patch is split
-  int rays = 5;               // from each of a receiver's points to a source
+  double smallest_area = 0;   // smaller patches are not split
+  int rays = 5;               // traced from each of a receiver's points to a source
   // Most links of a side, and how many more over its area.
   double links_per_side = std::numeric_limits<double>::infinity();
   double links_per_area = 0;
@@ -91,7 +91,7 @@ class Linker {
   };
   /// Findings about a pair, by rays from each of the receiver's points.
   struct Finding {
-    View view;  // of a patch
+    View view;  // patches only
     // The light that arrives, and that would if nothing were in the way: for patches a count of rays, for
     // clusters parts of a form factor, for lights irradiance.
     Colour arrives[kPoints], sent[kPoints];
@@ -127,11 +127,11 @@ class Linker {
   const Clusters& clusters_;
   const Brightness& brightness_;
   const LinkBounds bounds_;
-  std::vector<std::int32_t> lights_;  // that are on no surface
+  std::vector<std::int32_t> lights_without_surface_;
   // Places in Links::direct of patches of the side at hand, by the bits of their names.
   std::unordered_map<std::uint64_t, std::size_t> lit_;
   Visibility visibility_;
-  std::vector<Ray> rays_;  // of visibility_
+  std::vector<Ray> visibility_rays_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA::radiosity

@@ -79,8 +79,10 @@ class Surfaces {
   void add_shape(const ShapeTable& shapes, std::size_t shape, std::int32_t instance);
 
   std::vector<Triangle> triangles_;
-  std::vector<Side> first_triangle_;       // of each shape in the world, then of each that an instance places
-  std::vector<std::size_t> first_placed_;  // of each instance: its object's shape s is at this plus s
+  /// Numbers of the first triangles of all shapes in the world, then of those that each instance places.
+  std::vector<Side> first_triangle_;
+  /// For each instance, what is added to a shape's number for its place in first_triangle_.
+  std::vector<std::size_t> first_placed_;
   double whole_area_ = 0;
 };
 

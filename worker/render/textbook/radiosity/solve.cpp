@@ -53,7 +53,7 @@ std::optional<std::uint32_t> Forest::find(Name name) {
 }
 
 bool Forest::add(const Links& links) {
-  links_.reserve(links.links.size());
+  links_by_receiver_.reserve(links.links.size());
   side_begin_.assign(std::size_t{surfaces_->sides()} + 1, 0);
   Side last = 0;
   for (const Link& link : links.links) {
@@ -62,8 +62,8 @@ bool Forest::add(const Links& links) {
         link.source.is_cluster() ? kCluster | link.source.cluster() : find(link.source);
     if (!receiver || !source) return false;
     last = link.receiver.side();
-    links_.push_back({*receiver, *source, static_cast<float>(link.factor)});
-    side_begin_[last + 1] = links_.size();
+    links_by_receiver_.push_back({*receiver, *source, static_cast<float>(link.factor)});
+    side_begin_[last + 1] = links_by_receiver_.size();
   }
   for (std::size_t i = 1; i < side_begin_.size(); ++i)
     side_begin_[i] = std::max(side_begin_[i], side_begin_[i - 1]);
@@ -104,7 +104,7 @@ void Forest::set_matter(const SceneTables& scene) {
 /// reflect more than all that can come to it, light could grow from sweep to sweep without end.
 void Forest::limit_shares() {
   std::vector<float> sum(nodes_.size());
-  for (const NodeLink& link : links_) sum[link.receiver] += link.factor;
+  for (const NodeLink& link : links_by_receiver_) sum[link.receiver] += link.factor;
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     Node& node = nodes_[i];
     for (std::uint32_t part = 0; node.first_part != 0 && part < 4; ++part)
@@ -136,7 +136,7 @@ double Forest::sweep(double& power) {
   power = 0;
   for (Side side = 0; side < surfaces_->sides(); ++side) {
     for (std::size_t i = side_begin_[side]; i < side_begin_[side + 1]; ++i) {
-      const NodeLink& link = links_[i];
+      const NodeLink& link = links_by_receiver_[i];
       const Colour& source = (link.source & kCluster) != 0 ? cluster_radiosity_[link.source & ~kCluster]
                                                            : nodes_[link.source].radiosity;
       gathered_[link.receiver] += source * link.factor;

@@ -16,9 +16,9 @@ class Forest {
   struct Node {
     Name name;
     std::uint32_t first_part = 0;  // 0: it is whole
-    Colour irradiance;             // of whole ones: that of the patches that they are parts of, too; W/m^2
+    Colour irradiance;             // whole ones: with that of the patches that they are parts of; W/m^2
     Colour radiosity;              // W/m^2; of others the mean of their parts
-    Matter matter;                 // of whole ones
+    Matter matter;                 // whole ones
     // Of whole ones: how much of what its links bring counts. Below 1 where it would reflect more than all
     // that can come to it.
     float share = 1;
@@ -70,8 +70,8 @@ class Forest {
   std::vector<Node> nodes_;
   std::vector<Colour> direct_, gathered_;  // irradiance of nodes, without that of patches they are parts of
   std::vector<Colour> cluster_radiosity_;
-  std::vector<NodeLink> links_;          // by the receiver's side
-  std::vector<std::size_t> side_begin_;  // of each side's links; one more at the end
+  std::vector<NodeLink> links_by_receiver_;
+  std::vector<std::size_t> side_begin_;  // index of a side's first link; one more at the end
   Outcome outcome_;
 };
 

@@ -44,9 +44,9 @@ bool Whitted::trace(const PathState& rays, int n, int depth, const std::stop_tok
 void Whitted::find_points(const PathState& rays, int n, int depth) {
   batch_.find_hits(rays, n, depth, hits_);
   const StageTimer timer(stats_.times, Stage::kShading);
-  points_.clear();
+  encounters_.clear();
   for (int i = 0; i < n; i += kWidth) {
-    Encounter& e = points_.emplace_back(scene_, batch_, rays, hits_, depth, i, Mask::first(n - i));
+    Encounter& e = encounters_.emplace_back(scene_, batch_, rays, hits_, depth, i, Mask::first(n - i));
     if (depth == 0) e.path.pdf = Float(1.0f);       // here, a ray's share
     if (any(e.met)) e.find_surface(scene_, e.met);  // there may be no surface at all
     add_emission(e);
@@ -73,7 +73,7 @@ void Whitted::add_emission(const Encounter& e) {
 void Whitted::add_light(std::int32_t number, int depth) {
   {
     const StageTimer timer(stats_.times, Stage::kShadow);
-    for (const Encounter& e : points_) {
+    for (const Encounter& e : encounters_) {
       const Vertex& v = e.vertex;
       const Mask wanted = joinable(v, e.met);
       if (none(wanted)) continue;
@@ -95,7 +95,7 @@ void Whitted::add_light(std::int32_t number, int depth) {
 
 void Whitted::follow(Level& next, int& reflected, int& refracted) const {
   const StageTimer timer(stats_.times, Stage::kShading);
-  for (const Encounter& e : points_) {
+  for (const Encounter& e : encounters_) {
     const Vertex& v = e.vertex;
     const Vec2 zero{Float(0.0f), Float(0.0f)};
     const auto send = [&](const BsdfSample& lobe, Float share, Mask lanes, PathState& to, int& size) {

@@ -28,7 +28,7 @@ class Whitted final : public Integrator {
         batch_(context),
         layers_(make_layer_observer(context, batch_)) {
     if (layers_) observers_.push_back(layers_.get());
-    points_.reserve(kBatch / kWidth);
+    encounters_.reserve(kBatch / kWidth);
   }
 
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
@@ -57,7 +57,7 @@ class Whitted final : public Integrator {
   std::vector<PathObserver*> observers_;
   PathState camera_rays_;
   HitState hits_;
-  std::vector<Encounter> points_;  // of the rays that are traced
+  std::vector<Encounter> encounters_;  // one for each packet of rays
   ConnectionQueue shadows_;
   std::vector<std::unique_ptr<Level>> levels_;
 };
