@@ -249,7 +249,7 @@ TEST(GuideCell, SidesGrowWithTheDistance) {
     const Vec3 n = normalize(Vec3{random(-1, 1), random(-1, 1), random(-1, 1)});
     const GuideCells cells = guide_cells_at(p, n, {random(), random()});
     for (int lane = 0; lane < kWidth; ++lane) {
-      const double side = std::ldexp(1.0, cells.exponent.lane(lane));
+      const double side = std::ldexp(1.0, cells.size_exponent.lane(lane));
       const double distance = double{length(p).lane(lane)};
       EXPECT_LE(side, distance * double{kGuideCellSize} * 1.0001);
       EXPECT_GT(2 * side, distance * double{kGuideCellSize} * 0.9999);

@@ -11,7 +11,7 @@ namespace tessera::render::TESSERA_ISA {
 Bidirectional::Bidirectional(const IntegratorContext& context, StrategyFilter filter,
                              std::unique_ptr<Merging> merging)
     : scene_(context.scene),
-      seed_(context.seed),
+      sampler_seed_(context.seed),
       stats_(context.stats),
       filter_(filter),
       batch_(context),
@@ -27,16 +27,16 @@ bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop)
   if (merging_) {
     // All photons of a pass are caught, and joined to the camera, before any of them is looked for.
     if (!merging_->knows_what_to_expect()) merging_->expect(photons_a_path());
-    time_ = time_of_pass(scene_, seed_, pass);
+    pass_time_ = time_of_pass(scene_, sampler_seed_, pass);
     merging_->begin(pass);
     lights_.merge(merging_->photons_a_join());
     if (!trace_lights(pass, {}, film, stop)) return false;
     merging_->end();
   }
-  while (batch_.start(work, frontier_.paths, kSubpaths, SamplePlaces::kRandom, time_)) {
+  while (batch_.start(work, frontier_.paths, kSubpaths, SamplePlaces::kRandom, pass_time_)) {
     if (stop.stop_requested()) return false;
     lights_.trace(batch_.keys(), batch_.size(),
-                  {.keep = true, .film = merging_ ? nullptr : &film, .time = time_});
+                  {.keep = true, .film = merging_ ? nullptr : &film, .time = pass_time_});
     frontier_.begin(batch_.size());
     for (int depth = 0; frontier_.size() > 0; ++depth) advance(depth);
     batch_.finish(film, scene_.max_depth > 0);
@@ -51,7 +51,7 @@ double Bidirectional::photons_a_path() {
   merging_->begin(0);
   for (std::uint32_t batch = 0; batch < kBatches; ++batch) {
     for (int slot = 0; slot < kSubpaths; slot += kWidth) {
-      Sampler::pixel_hash(seed_, UInt::iota(batch * kSubpaths + static_cast<std::uint32_t>(slot)),
+      Sampler::pixel_hash(sampler_seed_, UInt::iota(batch * kSubpaths + static_cast<std::uint32_t>(slot)),
                           UInt(0x70686f74u))
           .store(other_keys_.pixel_hash + slot);
       UInt(0u).store(other_keys_.reversed_sample + slot);
@@ -70,13 +70,13 @@ bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& 
   std::uint32_t batch = 0;
   const auto trace = [&] {
     for (int slot = 0; slot < count; slot += kWidth) {
-      Sampler::pixel_hash(seed_, UInt::load(x + slot), UInt::load(y + slot))
+      Sampler::pixel_hash(sampler_seed_, UInt::load(x + slot), UInt::load(y + slot))
           .store(other_keys_.pixel_hash + slot);
       reversed.store(other_keys_.reversed_sample + slot);
     }
     const bool caught = merging_ && merging_->wants_batch(batch++);
     lights_.trace(other_keys_, count,
-                  {.film = &film, .sink = caught ? merging_.get() : nullptr, .time = time_});
+                  {.film = &film, .sink = caught ? merging_.get() : nullptr, .time = pass_time_});
     count = 0;
   };
   for (std::uint32_t py = 0; py < height; ++py) {

@@ -69,21 +69,21 @@ class Bidirectional final : public Integrator {
   void trace_joins(int depth);
 
   const SceneTables& scene_;
-  const std::uint64_t seed_;  // of the sampler
+  const std::uint64_t sampler_seed_;
   RenderStats& stats_;
   const StrategyFilter filter_;
   SampleBatch batch_;
   LightSubpaths lights_;
   const std::unique_ptr<Merging> merging_;  // may be none
-  std::optional<float> time_;               // of a pass that is merged, in scenes with motion
+  std::optional<float> pass_time_;          // where passes are merged, in scenes with motion
   Frontier frontier_;
   WeightState weights_;
-  ConnectionQueue joins_;  // to lights and to vertices of the other subpath
+  ConnectionQueue joins_;  // rays to lights and to vertices of the other subpath
   Transit transit_;        // volumetric scenes only, like the next
   HitState join_hits_;
   SampleKeys other_keys_;
   std::optional<StageTimer> shading_;
-  const std::unique_ptr<ShadowLayers> shadow_layers_;  // where some layer is of shadows
+  const std::unique_ptr<ShadowLayers> shadow_layers_;  // null where no layer is of shadows
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -28,7 +28,7 @@ class LightStarts {
   alignas(64) Lanes<std::int32_t> light_;
   Vec3Lanes point_, normal_;
   // Volumetric scenes only
-  ConnectionQueue ways_;  // to the lights' media
+  ConnectionQueue ways_;  // rays that find the lights' media
   alignas(64) Lanes<std::int32_t> media_;
 };
 

@@ -80,7 +80,7 @@ void LightSubpaths::shade(const SampleKeys& keys, int event, const LightUses& us
     }
     const WidePath path = frontier_.path(scene_, entry, active);
     const Sampler numbers = keys.sampler(scene_.sampler.kind, path.slot, active);
-    LightVertex& here = uses.keep ? kept_.add(event, k) : passing_;
+    LightVertex& here = uses.keep ? kept_.add(event, k) : unkept_vertex_;
     meet_surface(scene_, path, found, numbers, first_pair(event), hit, here.vertex);
     here.beta = path.beta;
     here.joinable = joinable(here.vertex, events);

@@ -38,7 +38,7 @@ struct LightUses {
   bool keep = false;                // vertices that a subpath from the eye may be joined to
   Film* film = nullptr;             // takes their light, joined to the camera
   LightVertexSink* sink = nullptr;  // takes all vertices that can be joined
-  std::optional<float> time = {};   // of all, in scenes with motion; else each has its own
+  std::optional<float> time = {};   // the same for all, in scenes with motion; none: each has its own
 };
 
 class LightSubpaths {
@@ -93,7 +93,7 @@ class LightSubpaths {
   LightStarts starts_;
   Transit transit_;  // volumetric scenes only
   SensorJoins joins_;
-  LightVertex passing_;  // that is not kept
+  LightVertex unkept_vertex_;
   LightVertices kept_;
 };
 

@@ -25,16 +25,16 @@ struct LightVertex {
 class LightVertices {
  public:
   void clear() {
-    used_ = 0;
+    used_vertices_ = 0;
     kept_.clear();
   }
   /// Room for the vertices of a packet, which are there from now on.
   LightVertex& add(int event, int packet) {
-    if (used_ == pool_.size()) pool_.push_back(std::unique_ptr<LightVertex>(new LightVertex));
+    if (used_vertices_ == pool_.size()) pool_.push_back(std::unique_ptr<LightVertex>(new LightVertex));
     const auto place = static_cast<std::size_t>(event * kPackets + packet);
     if (kept_.size() <= place) kept_.resize(static_cast<std::size_t>(event + 1) * kPackets, -1);
-    kept_[place] = static_cast<std::int32_t>(used_);
-    return *pool_[used_++];
+    kept_[place] = static_cast<std::int32_t>(used_vertices_);
+    return *pool_[used_vertices_++];
   }
 
   /// Events, counted from 0, that some vertices are there of.
@@ -47,7 +47,7 @@ class LightVertices {
 
  private:
   std::vector<std::unique_ptr<LightVertex>> pool_;
-  std::size_t used_ = 0;            // of the pool
+  std::size_t used_vertices_ = 0;   // the first ones of the pool
   std::vector<std::int32_t> kept_;  // index into the pool, by event and packet; -1: none
 };
 

@@ -132,7 +132,7 @@ TESSERA_INLINE WayLight light_of(const SceneTables& scene, const EyeVertex& z, c
 /// Where subpaths from the eye go on.
 struct EyeStep {
   WidePath next;
-  PartialWeights weights;  // as they leave
+  PartialWeights weights;  // sums as the subpaths leave the vertex
   Mask specular, alive;    // nothing ends at random
 };
 

@@ -27,9 +27,9 @@ inline constexpr float kGuideFraction = 0.5f;
 
 /// Cells of 16 points.
 struct GuideCells {
-  Int exponent;  // of the side, a power of two
-  Int x, y, z;   // in cells from the camera
-  Int side;      // 0 to 5: +x, -x, +y, -y, +z, -z
+  Int size_exponent;  // cells are 2^size_exponent wide
+  Int x, y, z;        // in cells from the camera
+  Int side;           // 0 to 5: +x, -x, +y, -y, +z, -z
 };
 
 /// The cells of points `p`, seen from the camera at 0, moved by up to half a side along the surface, whose
@@ -37,8 +37,8 @@ struct GuideCells {
 TESSERA_INLINE GuideCells guide_cells_at(Vec3 p, Vec3 n, Vec2 u) {
   const Float distance = max(length(p), 1e-30f) * kGuideCellSize;
   GuideCells cells;
-  cells.exponent = (shift_right<23>(bit_cast<std::int32_t>(distance)) & 255) - 127;
-  const Float side = bit_cast<float>(shift_left<23>(max(cells.exponent, -126) + 127));
+  cells.size_exponent = (shift_right<23>(bit_cast<std::int32_t>(distance)) & 255) - 127;
+  const Float side = bit_cast<float>(shift_left<23>(max(cells.size_exponent, -126) + 127));
   const Float per_side = 1.0f / side;
   const Vec3 a = abs(n);
   const Mask along_x = (a.x >= a.y) & (a.x >= a.z), along_y = and_not(a.y >= a.z, along_x);

@@ -141,7 +141,7 @@ void GuideField::enter(const Sums& sums) {
 
 Guided GuideField::at(const GuideCells& cells, Mask lanes) const {
   alignas(64) std::int32_t exponent[kWidth], x[kWidth], y[kWidth], z[kWidth], side[kWidth];
-  cells.exponent.store(exponent), cells.x.store(x), cells.y.store(y), cells.z.store(z);
+  cells.size_exponent.store(exponent), cells.x.store(x), cells.y.store(y), cells.z.store(z);
   cells.side.store(side);
   alignas(64) std::int32_t density[kWidth] = {};
   std::uint32_t known = 0, followed = 0;

@@ -16,7 +16,7 @@ namespace tessera::render::TESSERA_ISA {
 struct Guided {
   Mask known;     // there is a density
   Mask followed;  // and following it pays
-  Int density;    // of the field
+  Int density;    // its number in the field
 };
 
 class GuideField final : public Prepared {

@@ -45,8 +45,8 @@ void GuideRecorder::ended(const Encounter& e, const Scattering& scattering) {
   }
   for (std::uint32_t bits = learnt.bits(); bits != 0; bits &= bits - 1) {
     const int i = std::countr_zero(bits);
-    Event event{guide_key::cell(cells.exponent.lane(i), cells.x.lane(i), cells.y.lane(i), cells.z.lane(i),
-                                cells.side.lane(i)),
+    Event event{guide_key::cell(cells.size_exponent.lane(i), cells.x.lane(i), cells.y.lane(i),
+                                cells.z.lane(i), cells.side.lane(i)),
                 slots[i],
                 bin.lane(i),
                 throughput.lane(i),

@@ -90,22 +90,22 @@ bool Chains::run(const FamilyName& name, float share, Film& film, std::stop_toke
 }
 
 double Chains::make_candidates(const FamilyName& name, std::stop_token stop) {
-  key_ = Sampler::pixel_hash(name.seed, UInt(name.pass), UInt(name.number)).lane(0);
+  family_key_ = Sampler::pixel_hash(name.seed, UInt(name.pass), UInt(name.number)).lane(0);
   const int count = kChains * static_cast<int>(config_.candidates);
   candidates_.resize(static_cast<std::size_t>(count));
   candidate_light_.resize(candidates_.size());
-  batch_.coordinates.resize(static_cast<std::size_t>(places_of(space_.max_events())));
+  batch_.coordinates_by_place.resize(static_cast<std::size_t>(places_of(space_.max_events())));
   double sum = 0;
   for (int first = 0; first < count && !stop.stop_requested(); first += kSubpaths) {
     int most = 0;
     {
       const StageTimer timer(stats_.times, Stage::kCamera);
       for (int slot = 0; slot < kSubpaths; slot += kWidth) {
-        UInt(key_).store(batch_.keys.pixel_hash + slot);
+        UInt(family_key_).store(batch_.keys.pixel_hash + slot);
         const UInt number = UInt::iota(static_cast<std::uint32_t>(first + slot));
         number.store(batch_.keys.reversed_sample + slot);
         alignas(64) float u[kWidth];
-        Sampler(SamplerKind::kIndependent, UInt(key_), number).get_2d(kDepth).x.store(u);
+        Sampler(SamplerKind::kIndependent, UInt(family_key_), number).get_2d(kDepth).x.store(u);
         for (int i = 0; i < kWidth; ++i) {
           // One in each of as many strata, by depth and then by way: neighbours are alike.
           const int index = first + slot + i;
@@ -120,12 +120,12 @@ double Chains::make_candidates(const FamilyName& name, std::stop_token stop) {
           batch_.from_eye[slot + i] = choice.events + 2 - path.from_light;
           most = std::max(most, choice.events);
         }
-        const Sampler numbers(SamplerKind::kIndependent, UInt(key_), number);
+        const Sampler numbers(SamplerKind::kIndependent, UInt(family_key_), number);
         for (int place = 0; place < places_of(most); ++place) {
           if (place >= kFirstPlaceOfEvents && !asks_for_[(place - kFirstPlaceOfEvents) % kPlacesPerEvent])
             continue;
           const Vec2 pair = numbers.get_2d(kCoordinates + place);
-          PathBatch::Pair& to = batch_.coordinates[static_cast<std::size_t>(place)];
+          PathBatch::Pair& to = batch_.coordinates_by_place[static_cast<std::size_t>(place)];
           pair.x.store(to.x + slot);
           pair.y.store(to.y + slot);
         }
@@ -147,8 +147,8 @@ double Chains::make_candidates(const FamilyName& name, std::stop_token stop) {
 void Chains::start_chains(double light) {
   // Systematic resampling: as many chains begin at a candidate as its part of the light says, or one more or
   // less.
-  const double u =
-      static_cast<double>(Sampler(SamplerKind::kIndependent, UInt(key_), UInt(0)).get_2d(kPick).x.lane(0));
+  const double u = static_cast<double>(
+      Sampler(SamplerKind::kIndependent, UInt(family_key_), UInt(0)).get_2d(kPick).x.lane(0));
   std::size_t candidate = 0;
   double sum = candidate_light_[0];
   int deepest = 0;
@@ -163,7 +163,7 @@ void Chains::start_chains(double light) {
     deepest = std::max(deepest, state.events);
   }
   stride_ = 2 * static_cast<std::size_t>(places_of(deepest));
-  coordinates_.resize(stride_ * kChains);
+  chain_coordinates_.resize(stride_ * kChains);
   for (int chain = 0; chain < kChains; chain += kWidth) materialize(chain);
 }
 
@@ -171,12 +171,12 @@ void Chains::start_chains(double light) {
 void Chains::materialize(int chain) {
   alignas(64) std::uint32_t number[kWidth];
   for (int i = 0; i < kWidth; ++i) number[i] = chains_[static_cast<std::size_t>(chain + i)].number;
-  const Sampler numbers(SamplerKind::kIndependent, UInt(key_), UInt::load(number));
+  const Sampler numbers(SamplerKind::kIndependent, UInt(family_key_), UInt::load(number));
   const Int at = Int::iota(chain) * static_cast<std::int32_t>(stride_);
   for (std::size_t place = 0; 2 * place < stride_; ++place) {
     const Vec2 pair = numbers.get_2d(kCoordinates + static_cast<int>(place));
-    scatter(pair.x, coordinates_.data() + 2 * place, at, Mask::all());
-    scatter(pair.y, coordinates_.data() + 2 * place + 1, at, Mask::all());
+    scatter(pair.x, chain_coordinates_.data() + 2 * place, at, Mask::all());
+    scatter(pair.y, chain_coordinates_.data() + 2 * place + 1, at, Mask::all());
   }
 }
 
@@ -184,7 +184,7 @@ void Chains::offer(std::uint32_t step_number) {
   const std::uint32_t first_number = static_cast<std::uint32_t>(candidates_.size()) + step_number * kChains;
   for (int chain = 0; chain < kChains; chain += kWidth) {
     const UInt number = UInt::iota(first_number + static_cast<std::uint32_t>(chain));
-    const Sampler numbers(SamplerKind::kIndependent, UInt(key_), number);
+    const Sampler numbers(SamplerKind::kIndependent, UInt(family_key_), number);
     const Vec2 u = numbers.get_2d(kStep);
     const Mask large = u.x < config_.large_steps;
     alignas(64) float old[kWidth];
@@ -234,11 +234,11 @@ void Chains::propose(int first, int count) {
     Int::load(events).store(batch_.events + slot);
     from_light.store(batch_.from_light + slot);
     from_eye.store(batch_.from_eye + slot);
-    UInt(key_).store(batch_.keys.pixel_hash + slot);
+    UInt(family_key_).store(batch_.keys.pixel_hash + slot);
     UInt::load(key).store(batch_.keys.reversed_sample + slot);
 
     // A coordinate that the path has not had before is new, too.
-    const Sampler numbers(SamplerKind::kIndependent, UInt(key_), gather(offers_.number, chain));
+    const Sampler numbers(SamplerKind::kIndependent, UInt(family_key_), gather(offers_.number, chain));
     const Mask small = gather(offers_.large, chain) == 0;
     const Int had_light = select(small, Int::load(old_light), -1),
               had_eye = select(small, Int::load(events) + 2 - had_light, -1);
@@ -267,12 +267,12 @@ void Chains::propose(int place, int packet, Int chain, const Sampler& numbers, M
   Vec2 u = numbers.get_2d(kCoordinates + place);
   kept &= lanes;
   if (any(kept)) {
-    const float* const old = coordinates_.data() + 2 * place;
+    const float* const old = chain_coordinates_.data() + 2 * place;
     const Int at = chain * static_cast<std::int32_t>(stride_);
     u.x = select(kept, step(gather(old, at, kept), u.x, largest_step_, log_ratio_), u.x);
     u.y = select(kept, step(gather(old + 1, at, kept), u.y, largest_step_, log_ratio_), u.y);
   }
-  PathBatch::Pair& to = batch_.coordinates[static_cast<std::size_t>(place)];
+  PathBatch::Pair& to = batch_.coordinates_by_place[static_cast<std::size_t>(place)];
   u.x.store(to.x + packet * kWidth);
   u.y.store(to.y + packet * kWidth);
 }
@@ -326,10 +326,10 @@ void Chains::decide(int first, int count, Film& film) {
 
 /// The coordinates of a slot become the chain's.
 void Chains::keep(int chain, int slot) {
-  float* const to = coordinates_.data() + static_cast<std::size_t>(chain) * stride_;
+  float* const to = chain_coordinates_.data() + static_cast<std::size_t>(chain) * stride_;
   const auto copy = [&](int place) {
-    to[2 * place] = batch_.coordinates[static_cast<std::size_t>(place)].x[slot];
-    to[2 * place + 1] = batch_.coordinates[static_cast<std::size_t>(place)].y[slot];
+    to[2 * place] = batch_.coordinates_by_place[static_cast<std::size_t>(place)].x[slot];
+    to[2 * place + 1] = batch_.coordinates_by_place[static_cast<std::size_t>(place)].y[slot];
   };
   for (int place = 0; place < kFirstPlaceOfEvents; ++place) copy(place);
   const auto copy_events = [&](int count, int begin, int end) {

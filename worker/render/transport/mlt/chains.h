@@ -62,13 +62,13 @@ class Chains {
   struct Path {
     int events, from_light;
     float way;             // coordinate that from_light follows from
-    std::uint32_t number;  // of its key
+    std::uint32_t number;  // its number among the random numbers of family_key_
     float x, y;
     float light[kSpectrumLanes];
     float brightness;
   };
   struct Chain : Path {
-    float weight = 0;  // of its path, gathered while it stays there
+    float weight = 0;  // its path's weight, gathered while the chain stays there
   };
   /// Offers to each chain.
   struct alignas(64) Offers {
@@ -96,15 +96,15 @@ class Chains {
   RenderStats& stats_;
   const DepthChoice depths_;
   bool asks_for_[kPlacesPerEvent];
-  const float largest_step_, log_ratio_;  // of small steps, and of the least to the largest
+  const float largest_step_, log_ratio_;  // largest small step; logarithm of the least one over the largest
 
-  std::uint32_t key_ = 0;  // of the family's numbers
-  float scale_ = 0;        // of what a chain finds in a step
+  std::uint32_t family_key_ = 0;  // key of the family's random numbers
+  float scale_ = 0;               // factor of the light that a chain finds in a step
   std::vector<Path> candidates_;
   std::vector<double> candidate_light_;
   std::vector<Chain> chains_;
-  std::size_t stride_ = 0;          // floats of a chain's coordinates
-  std::vector<float> coordinates_;  // of the chains, by place, two each
+  std::size_t stride_ = 0;                // floats of a chain's coordinates
+  std::vector<float> chain_coordinates_;  // by chain and place, two each
   Offers offers_;
   alignas(64) std::int32_t order_[kChains];
   std::vector<int> first_of_way_;

@@ -64,7 +64,7 @@ void PathMaker::shade_light(PathBatch& batch, int event) {
     const PrimaryNumbers numbers(batch, k);
     const Mask ends = events & (batch.ways_from_light(k) == event + 2),
                at_sensor = ends & (batch.ways_from_eye(k) == 1), kept = and_not(ends, at_sensor);
-    LightVertex& here = any(kept) ? kept_.add(event, k) : passing_;
+    LightVertex& here = any(kept) ? kept_.add(event, k) : unkept_vertex_;
     meet_surface(scene_, path, found, numbers, first_light_pair(event), hit, here.vertex);
     here.beta = path.beta;
     here.joinable = joinable(here.vertex, ends);

@@ -58,7 +58,7 @@ TransitNumbers PathMaker::numbers_on_the_way(const PathBatch& batch, int event, 
   TransitNumbers numbers{batch.keys, from_light ? dimension::kLightFlight : dimension::kFlight,
                          from_light ? 0x4c696768u : 0u};
   if (const int place = place_of(numbers.flight + event); place >= 0) {
-    const PathBatch::Pair& pair = batch.coordinates[static_cast<std::size_t>(place)];
+    const PathBatch::Pair& pair = batch.coordinates_by_place[static_cast<std::size_t>(place)];
     numbers.distance_x = pair.x;
     numbers.distance_y = pair.y;
   }

@@ -74,8 +74,8 @@ class PathMaker final : public PathSpace {
   Frontier frontier_;
   WeightState weights_;
   LightStarts starts_;
-  LightVertex passing_;  // that is not kept
-  LightVertices kept_;   // ends of subpaths from lights
+  LightVertex unkept_vertex_;
+  LightVertices kept_;  // ends of subpaths from lights
 
   ConnectionQueue joins_;
   // Volumetric scenes only

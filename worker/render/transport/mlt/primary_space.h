@@ -65,8 +65,8 @@ struct PathBatch {
   int count = 0;
   // By slot: scattering events, and vertices from the light and from the eye, events + 2 together.
   alignas(64) std::int32_t events[kSubpaths], from_light[kSubpaths], from_eye[kSubpaths];
-  std::vector<Pair> coordinates;  // by place
-  SampleKeys keys;                // of all other numbers
+  std::vector<Pair> coordinates_by_place;
+  SampleKeys keys;  // keys of all other random numbers
   // Where the light lands on the film, in pixels; its value there, times the number of ways that paths of so
   // many events can be made in, weighed against them; as a splat of the whole film's only path would have it.
   alignas(64) float film_x[kSubpaths], film_y[kSubpaths];
@@ -88,7 +88,7 @@ class PrimaryNumbers {
   TESSERA_INLINE Vec2 get_2d(int pair) const {
     const int place = place_of(pair);
     if (place < 0) return others_.get_2d(pair);
-    const PathBatch::Pair& numbers = batch_.coordinates[static_cast<std::size_t>(place)];
+    const PathBatch::Pair& numbers = batch_.coordinates_by_place[static_cast<std::size_t>(place)];
     return {Float::load(numbers.x + first_), Float::load(numbers.y + first_)};
   }
 

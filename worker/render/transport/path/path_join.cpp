@@ -75,11 +75,11 @@ void PathReuse::list_samples() {
     evens_.append(slot, has(shared, kEven));
     glossies_.append(slot, has(shared, kLight | kFound | kBeyond));
   }
-  std::fill_n(place_, kPadded, -1);
+  std::fill_n(place_in_firsts_, kPadded, -1);
   for (Samples* samples : {&firsts_, &evens_, &glossies_})
     Int(0).store_unaligned(samples->slot + samples->size);
   for_each_packet(firsts_, [&](int place, const Packet& firsts) {
-    scatter(Int::iota(place), place_, firsts.slot, firsts.lanes);
+    scatter(Int::iota(place), place_in_firsts_, firsts.slot, firsts.lanes);
   });
 }
 
@@ -176,7 +176,7 @@ void PathReuse::see_own(int place, const Packet& firsts) {
 /// The pairs of each group's `member` and the second surfaces of samples; sets `lanes` to those that see each
 /// other.
 Int PathReuse::seeing_pairs(int member, Int slot, Mask& lanes) const {
-  const Int place = gather(place_, group_of(slot) + Int(member), lanes);
+  const Int place = gather(place_in_firsts_, group_of(slot) + Int(member), lanes);
   lanes &= place >= 0;
   const Int pairs = place + (slot & Int(group_ - 1)) * Int(kPadded);
   lanes &= gather(pdf_.data(), pairs, lanes) > 0.0f;

@@ -122,26 +122,26 @@ class PathReuse final : public PathObserver {
   alignas(64) Lanes<std::int32_t> first_event_;
   Vec3Lanes origin_[2], direction_[2];
   HitState hits_[2];
-  Lanes<float> mix_[2];   // with mixed materials
-  Lanes<float> time_;     // with motion
+  Lanes<float> mix_[2];   // scenes with mixed materials only
+  Lanes<float> time_;     // scenes with motion only
   SpectrumLanes before_;  // throughput up to the first surface, where it is not the path's first event
   Vec3Lanes first_;       // points of first surfaces
   alignas(64) Lanes<std::int32_t> steered_;  // Encounter::steered of first surfaces
   Vec3Lanes p_, ng_, ns_;                    // second surfaces, seen from where the path came
   Lanes<float> error_;
   alignas(64) Lanes<std::int32_t> shared_;  // bits of Shared
-  Vec3Lanes to_light_, on_;                 // to the sampled light, and in which the path went
+  Vec3Lanes to_light_, on_;                 // directions to the sampled light, and in which the path went on
   SpectrumLanes own_;                       // radiance that is the sample's alone, as far as it is set apart
   SpectrumLanes light_, found_;             // kLight, kFound: what comes along to_light_ and on_
-  Lanes<float> light_pdf_, found_pdf_;      // with which samples of lights find that
+  Lanes<float> light_pdf_, found_pdf_;      // densities with which samples of lights find that
   SpectrumLanes suffix_;                    // kEven: what is sent back; kBeyond: what comes along on_
   Lanes<float> by_light_, by_found_, by_suffix_;  // one over the densities with which the group finds these
   // Samples that take part: with a first surface, with a second one that scatters evenly, with others
   Samples firsts_, evens_, glossies_;
-  Lanes<std::int32_t> place_;  // of a sample in firsts_, or -1
+  Lanes<std::int32_t> place_in_firsts_;  // by sample; -1: none
   // One for each pair
-  Pairs pdf_;             // by area of the second surface; 0: not found from there
-  SpectrumPairs weight_;  // of light that is sent back there
+  Pairs pdf_;             // density by area of the second surface; 0: not found from there
+  SpectrumPairs weight_;  // weight of the light that is sent back there
   // For directions to_light_ and on_ at the second surface, seen from the first: factors and densities; where
   // pdf_ is not 0
   SpectrumPairs of_light_, of_on_;

@@ -58,8 +58,8 @@ class Wavefront : public Integrator {
   struct SortedState {
     PathState paths;
     HitState hits;
-    alignas(64) Lanes<std::int32_t> group;  // of each entry of the unsorted state
-    alignas(64) Lanes<std::int32_t> order;  // of those entries
+    alignas(64) Lanes<std::int32_t> group;  // group of each entry of the unsorted state
+    alignas(64) Lanes<std::int32_t> order;  // the order in which those entries are shaded
   };
 
   ShadingTimer shading_timer_{stats_.times};
@@ -72,7 +72,7 @@ class Wavefront : public Integrator {
   Steering* steering_ = nullptr;  // null: paths go as BSDFs have it
   std::vector<PathObserver*> observers_;
   const std::unique_ptr<PathObserver> layers_, straight_shadows_;  // null where there are none
-  std::unique_ptr<PathReuse> reuse_;                               // where neighbours share light
+  std::unique_ptr<PathReuse> reuse_;                               // null where neighbours do not share light
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -44,7 +44,7 @@ PhotonMapper::PhotonMapper(const IntegratorContext& context)
       others_{scene_.photon.radius > 0 ? scene_.photon.radius : radius_by_footprint(scene_, rays_), 2},
       batch_(context),
       layers_(make_layer_observer(context, batch_)) {
-  if (caustics_.first_radius == 0) caustics_.first_radius = others_.first_radius;
+  if (caustics_.first_pass_radius == 0) caustics_.first_pass_radius = others_.first_pass_radius;
 }
 
 bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) {
@@ -53,7 +53,7 @@ bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) 
     if (!trace_photons(map, stop)) return false;
     const StageTimer timer(stats_.times, Stage::kPhotonMap);
     for (Kind* const kind : {&caustics_, &others_}) {
-      kind->radius = radius_of_pass(kind->first_radius, map);
+      kind->radius = radius_of_pass(kind->first_pass_radius, map);
       kind->map.build(kind->radius);
     }
     mapped_ = map;

@@ -36,8 +36,8 @@ class PhotonMapper final : public Integrator {
  private:
   /// Photons of one kind.
   struct Kind {
-    float first_radius;  // of the first pass
-    std::uint32_t salt;  // of the random numbers that are its own
+    float first_pass_radius;
+    std::uint32_t salt;  // makes its random numbers its own
     float radius = 0;
     RadianceMap map = {};
   };
@@ -66,13 +66,13 @@ class PhotonMapper final : public Integrator {
   Kind caustics_, others_;
   std::optional<std::uint32_t> mapped_;  // the pass whose photons the maps have
   std::uint32_t photons_named_ = 0;
-  int halvings_ = 0;  // of the photons kept
+  int halvings_ = 0;  // how often the photons kept have been halved
 
   SampleBatch batch_;
   int alive_ = 0;
   PathState paths_;
   HitState hits_;
-  ConnectionQueue shadows_, ways_;              // to lights; to photons
+  ConnectionQueue shadows_, ways_;              // rays to lights; rays to photons
   const std::unique_ptr<PathObserver> layers_;  // null where there are none
 };
 

@@ -15,8 +15,8 @@ struct DrawnPhoton {
   UInt random;  // in: decides which
   // Undefined where the estimate is black.
   Vec3 position = {};
-  Vec3 direction = {};  // from which it came
-  Float way = {};       // as far
+  Vec3 direction = {};  // to where it came from
+  Float way = {};       // distance to there
 };
 
 /// The radiance that leaves the vertices along wo, of all photons within `radius`, for which the map was

@@ -44,7 +44,7 @@ class CellTable {
  private:
   // Steps of the number from a cell to its neighbours along y and z.
   static constexpr std::uint64_t kAlongY = 0x9e3779b1u, kAlongZ = 0x85ebca77u;
-  static constexpr int kLeastBits = 6, kMostBits = 22;  // of a number
+  static constexpr int kLeastBits = 6, kMostBits = 22;  // bits of a number
   static constexpr bool rows_are_apart();
 
   /// Along one axis. Double precision holds it for points that are 2^40 radii away from the origin; further
@@ -62,7 +62,7 @@ class CellTable {
   double cells_per_unit_ = 0;
   double margin_ = 0;  // the radius, and more than roundings of distances may add
   std::uint64_t mask_ = 0;
-  BigArray<std::int32_t> first_;      // of each number, and the end; empty: there are no points
+  BigArray<std::int32_t> first_;      // where the points of each number begin, and the end; empty: no points
   BigArray<std::uint32_t> of_point_;  // numbers; kept for their memory
 };
 

@@ -215,7 +215,7 @@ struct PhotonMap<Fields>::Query {
   std::int32_t begin[kMostRuns], end[kMostRuns];
   int runs = 0, run = 0;
   int found = 0;
-  alignas(64) std::int32_t list[kEnough + kWidth];  // of entries
+  alignas(64) std::int32_t found_entries[kEnough + kWidth];
 
   void start(const CellTable& cells) {
     cells.for_each_run(x, y, z, [&](std::int32_t from, std::int32_t to) {
@@ -230,7 +230,7 @@ struct PhotonMap<Fields>::Query {
       for (; i < end[run]; i += kWidth) {
         if (found >= kEnough) return true;
         const Mask near = Mask::first(end[run] - i) & (map.distance2(i, x, y, z) < map.radius2_);
-        if (any(near)) found += compress_store(Int::iota(i), near, list + found);
+        if (any(near)) found += compress_store(Int::iota(i), near, found_entries + found);
       }
     }
     return found > 0;
@@ -265,7 +265,7 @@ void PhotonMap<Fields>::for_each_near(Vec3 places, Mask active, Visit&& visit) c
       alignas(64) std::int32_t entry[kWidth] = {};
       for (std::uint32_t left = near.bits(); left != 0; left &= left - 1) {
         const int lane = std::countr_zero(left);
-        entry[lane] = queries[lane].list[k];
+        entry[lane] = queries[lane].found_entries[k];
       }
       visit(gather(Int::load(entry)), near);
     }

@@ -17,7 +17,7 @@ struct NumberedEncounter {
   Receiver reference;  // where the path was last scattered
   Numbers numbers;
   int depth;                     // scattering events before this one
-  int first_pair;                // of this event's dimensions
+  int first_pair;                // number of this event's first pair of dimensions
   Mask on_surface, met, missed;  // `met`: on a surface or in a medium
   Vertex vertex;
   // Drawn once something was met, and only where somebody looks at them

@@ -103,7 +103,7 @@ template <class Form>
 struct alignas(64) HitFields {
   typename Form::Scalar t, u, v;
   typename Form::Integer primitive, shape, instance;
-  typename Form::Integer upper = {};  // with objects within objects
+  typename Form::Integer upper = {};  // scenes with objects within objects only
 
   template <class F, class... Hits>
   static TESSERA_INLINE void for_each(F&& f, Hits&... hits) {

@@ -27,7 +27,7 @@ class LayerObserver final : public PathObserver {
   const SceneTables& scene_;
   RenderStats& stats_;
   SampleBatch& batch_;
-  const std::unique_ptr<ShadowLayers> shadows_;  // where some layer is of shadows
+  const std::unique_ptr<ShadowLayers> shadows_;  // null where no layer is of shadows
 };
 
 /// Null where a job has no layers.

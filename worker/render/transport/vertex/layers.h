@@ -76,9 +76,9 @@ inline std::int32_t layers_of_strategy(const LayerTable& table, int s, int t) {
 /// that way: looked up only where it does.
 struct LobeChoice {
   const Sampler& sampler;
-  int event;           // of the path
+  int event;           // the event's number in the path
   bool to_connection;  // the vertex is joined to a light, the eye or another path; else the path goes on
-  int pairs = dimension::kLayerLobes;  // of dimensions, one an event
+  int pairs = dimension::kLayerLobes;  // first pair of dimensions; each event has one
 
   TESSERA_INLINE Float number() const {
     const Vec2 u = sampler.get_2d(pairs + event);

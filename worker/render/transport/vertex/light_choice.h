@@ -8,7 +8,7 @@ namespace tessera::render::TESSERA_ISA {
 
 struct LightChoice {
   LightPick pick;
-  LightSample sample;  // of the light that was picked
+  LightSample sample;  // sample of the light that was picked
 };
 
 /// Whether one pair picks the light and the point on it, which stratifies the points over all lights together

@@ -25,7 +25,7 @@ struct LightEvent {
   WidePath path;
   Sampler sampler;
   int depth;       // events before this one
-  int first_pair;  // of this event's dimensions
+  int first_pair;  // number of this event's first pair of dimensions
   Vertex vertex;   // its wo points back to the light
 
   // The vertex is large and filled in later: it is not zeroed.

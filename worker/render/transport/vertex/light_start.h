@@ -18,7 +18,7 @@ TESSERA_INLINE bool emits_paths(const SceneTables& scene) {
 struct LightStart {
   WidePath path;  // beta: the flux that it stands for
   Int light;
-  Float pmf;     // of that light
+  Float pmf;     // probability of picking that light
   Emission ray;  // path.origin is off the surface
   Mask alive;
 };

@@ -10,8 +10,8 @@ namespace tessera::render::TESSERA_ISA {
 /// Where subpaths go from a vertex.
 struct LightStep {
   WidePath next;
-  Float pdf;       // of that direction, by solid angle
-  Float back_pdf;  // of the way back, for paths from the eye
+  Float pdf;       // density of that direction, by solid angle
+  Float back_pdf;  // density of the way back, for paths from the eye
   Mask specular, alive;
 };
 

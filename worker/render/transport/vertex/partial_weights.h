@@ -44,8 +44,8 @@ struct UnitArea {
 /// Sums over the ways to make a subpath with less of it sampled from its own side. In the words of
 /// [Georgiev 2012] d^VCM and d^VC.
 struct PartialWeights {
-  Float last;  // for a join of the vertex with the one before it, without the density of the vertex itself
-  Float rest;  // for all joins further back, without that and that of the vertex before
+  Float last;  // the join of the vertex with the one before it, without the density of the vertex itself
+  Float rest;  // all joins further back, without that density and that of the vertex before
 
   /// The subpath has met its next vertex, this far away, squared, in unit areas, and under this cosine with
   /// its surface (1 in media).

@@ -12,7 +12,7 @@ struct MetLight {
   Int light;         // index in the scene's table
   bool at_infinity;  // the same for all lanes
   Mask lanes;
-  Spectrum radiance;  // that comes along the path
+  Spectrum radiance;  // radiance that comes along the path
   Mask weighed;       // lanes in which samples of lights could have found it ...
   Float by_lights;    // ... with this density, solid angle
   Spectrum arriving;  // radiance as the sample takes it, but for the path's throughput; may be changed
@@ -22,15 +22,15 @@ struct MetLight {
 struct SampledLight {
   Int light;  // index in the scene's table
   const LightSample& sample;
-  Float pdf;           // of the light and the direction
+  Float pdf;           // density of the light and the direction together
   Float weight;        // among other ways to find that light
-  Mask lanes;          // in which the light can be reached if nothing is between
-  WideConnection ray;  // with the light's contribution, which may be changed
+  Mask lanes;          // lanes in which the light can be reached if nothing is between
+  WideConnection ray;  // carries the light's contribution, which may be changed
 };
 
 /// Paths on their way to what they meet next.
 struct Scattering {
-  Mask lanes;  // that are scattered
+  Mask lanes;  // lanes that are scattered
   BsdfSample bsdf;
   WidePath next;               // may be changed
   Mask alive;                  // lanes in which the path goes on

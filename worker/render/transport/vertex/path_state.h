@@ -15,20 +15,20 @@ template <class Form>
 struct alignas(64) PathFields {
   typename Form::Vector origin, direction;
   typename Form::Colour beta;  // throughput
-  typename Form::Scalar
-      pdf;  // of the BSDF sample that led here, solid angle; 0, or less, after a delta lobe or the camera
+  // Density of the BSDF sample that led here, by solid angle; 0, or less, after a delta lobe or the camera.
+  typename Form::Scalar pdf;
   // Makes beta what Russian roulette goes by: undoes the 1/eta^2 of refraction, or, of paths from lights,
   // what they began with.
   typename Form::Scalar roulette_scale;
   typename Form::Integer slot;
-  typename Form::Vector
-      normal;  // where the path was last scattered, as in Receiver; with LightTable::uses_normals
-  typename Form::Scalar time;  // with motion: from 0 (the shutter opens) to 1, the same along a path
+  // Where the path was last scattered, as in Receiver; with LightTable::uses_normals only.
+  typename Form::Vector normal;
+  typename Form::Scalar time;  // scenes with motion only: 0 (the shutter opens) to 1, the same along a path
   // Volumetric scenes only
-  typename Form::Vector
-      reference;  // where the path was last scattered; `origin` is where it last crossed something
+  // Where the path was last scattered; `origin` is where it last crossed something.
+  typename Form::Vector reference;
   typename Form::Integer medium;       // around `origin`; -1: none
-  typename Form::Integer layer_state;  // with layers: of their automaton
+  typename Form::Integer layer_state;  // state of the layers' automaton, where there are layers
 
   /// Calls f for each field that paths of this scene have, in all of these forms at once.
   template <class F, class... Paths>
@@ -61,13 +61,13 @@ struct alignas(64) ConnectionFields {
   typename Form::Scalar distance;
   typename Form::Colour contribution;
   typename Form::Integer slot;
-  typename Form::Scalar time;  // with motion
+  typename Form::Scalar time;  // scenes with motion only
   // Volumetric scenes only
   typename Form::Integer medium;  // around the origin
-  typename Form::Integer key;     // of its random numbers
-  typename Form::Integer layers;  // that the light belongs to if it arrives: bits; where there are any
-  typename Form::Scalar
-      inverse_weight;  // with layers of unweighted light: what the contribution lacks to be it
+  typename Form::Integer key;     // key of its random numbers
+  typename Form::Integer layers;  // bits of those that arriving light belongs to; where there are any
+  // Where there are layers of unweighted light: what the contribution lacks to be it.
+  typename Form::Scalar inverse_weight;
 
   template <class F, class... Connections>
   static TESSERA_INLINE void for_each(const SceneTables& scene, F&& f, Connections&... connections) {

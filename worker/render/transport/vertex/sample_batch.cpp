@@ -64,7 +64,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
   const StageTimer timer(stats_.times, Stage::kCamera);
   static_assert(sizeof(SampleName) == 16);
   SamplerConfig config = scene_.sampler;
-  config.seed = seed_;
+  config.seed = sampler_seed_;
   const int group = source.group().count();
   for (int slot = 0; slot < size_; slot += kWidth) {
     const auto* first = reinterpret_cast<const std::int32_t*>(names_ + slot);

@@ -37,7 +37,7 @@ enum class SamplePlaces {
 inline constexpr int kPlaceSteps = 256;
 struct PixelPlace {
   Int x, y;      // steps from the pixel's upper left corner
-  Float weight;  // of the filter
+  Float weight;  // weight that the filter gives the place
 };
 /// The place of samples of a number, evenly distributed over the filter [Roberts 2018]: of number 0 the
 /// pixel's centre.
@@ -48,7 +48,7 @@ class SampleBatch {
   explicit SampleBatch(const IntegratorContext& context)
       : scene_(context.scene),
         rays_(context.rays),
-        seed_(context.seed),
+        sampler_seed_(context.seed),
         stats_(context.stats),
         layers_(static_cast<std::size_t>(context.scene.layers.count)) {
     if (FirstHits::are_wanted(scene_.aovs)) first_hits_ = std::make_unique<FirstHits>(scene_);
@@ -152,7 +152,7 @@ class SampleBatch {
 
   const SceneTables& scene_;
   const RayQuery& rays_;
-  const std::uint64_t seed_;  // of the sampler
+  const std::uint64_t sampler_seed_;
   RenderStats& stats_;
   int size_ = 0;
   SampleName names_[kPadded] = {};

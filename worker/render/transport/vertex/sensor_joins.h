@@ -14,11 +14,11 @@ namespace tessera::render::TESSERA_ISA {
 struct SensorJoin {
   SensorConnection eye;
   Vec3 w;                      // unit, towards the lens
-  BsdfEval back;               // of what scatters there: value, and density of going back to the light
-  Spectrum value;              // of the splat, were nothing in between
-  Mask seen;                   // from the rectangle's pixels
-  Int layers{0};               // that the light belongs to: bits; where there are any
-  Float inverse_weight{1.0f};  // of ConnectionFields
+  BsdfEval back;               // value of what scatters there, and density of going back to the light
+  Spectrum value;              // value of the splat if nothing is between
+  Mask seen;                   // seen from the rectangle's pixels
+  Int layers{0};               // bits of those that the light belongs to; where there are layers
+  Float inverse_weight{1.0f};  // ConnectionFields::inverse_weight
 };
 
 /// `beta` is what the path carries to the vertex.
@@ -46,7 +46,7 @@ class SensorJoins {
   const SceneTables& scene_;
   const RayQuery& rays_;
   RenderStats& stats_;
-  ConnectionQueue connections_;               // in slots that are places of the next
+  ConnectionQueue connections_;               // its slots are places in the next arrays
   alignas(64) Lanes<float> film_x_, film_y_;  // where they land
   Transit transit_;                           // volumetric scenes only, like the next
   HitState hits_;

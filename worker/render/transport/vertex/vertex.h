@@ -16,12 +16,12 @@ namespace tessera::render::TESSERA_ISA {
 /// Sixteen such points.
 struct Vertex {
   Vec3 wo;          // unit, back along the path
-  Float time;       // of the path
+  Float time;       // the same along the path
   Surface surface;  // only its `p` in media
-  Interaction at;   // with the surface's material
+  Interaction at;   // the surface's material included
   // Volumetric scenes only
   Mask in_medium = Mask::none();
-  Int medium = Int(-1);  // that the path came through; -1: none
+  Int medium = Int(-1);  // the one that the path came through; -1: none
 };
 
 /// The vertex is within a medium in these lanes, at `p`: nothing to offset from, and a phase function in
