@@ -18,8 +18,8 @@ namespace tessera::render {
 
 struct QueryOptions {
   std::string isa;  // one of supported_isas()
-  float time = 0;   // from 0 (the shutter opens) to 1
-  int threads = 1;  // for building
+  float time = 0;   // 0 (the shutter opens) to 1
+  int threads = 1;  // used for building
 };
 
 /// Adds to `warnings` what the scene asks for and is left out. Errors as of load_scene().

@@ -24,10 +24,10 @@ struct SceneContent {
   SceneArrays arrays;
   SceneTables tables{arrays};
   std::vector<std::string> warnings, notes, material_names;
-  std::vector<std::int32_t> shape_numbers;    // of the messages of arrays.shapes: view/layers.h
+  std::vector<std::int32_t> shape_numbers;    // numbers of the messages of arrays.shapes (view/layers.h)
   std::unique_ptr<RayStructure> accelerator;  // reads the arrays: goes first
   std::unique_ptr<RayQuery> rays;             // asks it
-  double accelerator_cpu_seconds = 0;         // of building it
+  double accelerator_cpu_seconds = 0;         // CPU time of building it
 };
 
 /// Key of the content: jobs that share it differ only in what view_content() sets. Positions are relative to

@@ -9,7 +9,7 @@ namespace tessera::render {
 /// Noise (relMSE) and number of rays of pixels that share, over those of pixels alone, in a pilot.
 struct SharingPilot {
   double noise = 1, rays = 1;
-  double noise_of_blocks = 1;  // of means over blocks of kBlock x kBlock pixels
+  double noise_of_blocks = 1;  // noise of means over blocks of kBlock x kBlock pixels
   double alone = 0;            // relMSE of pixels alone, a sample
   double error = 0;            // standard error of the logarithm of the geometric mean of both noises
 

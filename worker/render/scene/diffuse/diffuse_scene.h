@@ -14,7 +14,7 @@ namespace tessera::render {
 /// Names for messages.
 struct DiffuseSceneNames {
   const std::vector<std::string>& shapes;     // places in the scene of ShapeTable::shapes
-  const std::vector<std::string>& materials;  // of MaterialTable::materials
+  const std::vector<std::string>& materials;  // names of MaterialTable::materials
 };
 
 /// InvalidArgument where radiosity of so many triangles needs more memory than the limit.

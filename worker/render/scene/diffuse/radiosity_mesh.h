@@ -15,7 +15,7 @@ namespace tessera::render {
 /// shine, it is there twice, wound either way.
 struct RadiosityMesh {
   std::vector<std::array<float, 3>> positions;  // world space
-  std::vector<std::array<float, 3>> radiosity;  // of each, R, G, B, W/m^2
+  std::vector<std::array<float, 3>> radiosity;  // R, G and B at each position, W/m^2
   std::vector<std::array<std::uint32_t, 3>> triangles;
 };
 

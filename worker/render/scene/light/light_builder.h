@@ -21,10 +21,10 @@ namespace tessera::render {
 
 struct LightInputs {
   const RenderSpace& space;
-  const BlobSource& blobs;  // of environment maps
+  const BlobSource& blobs;  // source of environment maps
   const wire::AlgorithmTraits& algorithm;
   TextureNodes& textures;
-  bool headers_alone = false;  // of environment maps, which stay black: where nothing will be rendered
+  bool headers_alone = false;  // environment maps stay black but for their size: nothing will be rendered
 };
 
 class LightBuilder {

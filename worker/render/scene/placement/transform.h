@@ -18,8 +18,8 @@ namespace tessera::render {
 struct Transform {
   std::array<double, 12> m = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-  Imath::V3d apply(Imath::V3d p) const;         // to a point
-  Imath::V3d apply_vector(Imath::V3d v) const;  // without the translation
+  Imath::V3d apply(Imath::V3d p) const;         // maps a point
+  Imath::V3d apply_vector(Imath::V3d v) const;  // maps a vector: no translation
   double determinant() const;
   /// False when the map is singular (or not finite); `out` is then unchanged.
   bool invert(Transform& out) const;

@@ -14,7 +14,7 @@ struct CsgTree {
   struct Node {
     v1::Csg::Operation operation = v1::Csg::UNION;
     bool keeps_material = false;
-    std::int32_t solid = -1;  // in `solids`; -1: a group
+    std::int32_t solid = -1;  // index in `solids`; -1: a group
     std::vector<std::int32_t> operands;
   };
   std::vector<Node> nodes;  // the whole is the first; operands stand behind their group

@@ -10,9 +10,9 @@ namespace tessera::render {
 
 /// A shape of the world with an area light.
 struct Emitter {
-  std::int32_t shape = 0;  // in ShapeTable::shapes
+  std::int32_t shape = 0;  // index in ShapeTable::shapes
   const v1::AreaLight* light = nullptr;
-  std::string where;  // in the scene, for messages
+  std::string where;  // its place in the scene, for messages
 };
 
 }  // namespace tessera::render

@@ -43,14 +43,14 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
   shapes_before_ = shapes.size();
   std::vector<std::uint64_t> own_parts, half_spaces;
   for (const v1::Object& object : scene.objects()) {
-    if (auto s = object_names_.add(object.name(), static_cast<int>(parts_.size())); !s.ok()) return s;
+    if (auto s = object_names_.add(object.name(), static_cast<int>(object_parts_.size())); !s.ok()) return s;
     auto parts = build_object(object);
     if (!parts.ok()) return parts.status();
     own_parts.push_back(parts->size());
     half_spaces.push_back(static_cast<std::uint64_t>(std::ranges::count_if(*parts, [&](const auto& part) {
       return is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
     })));
-    parts_.push_back(*std::move(parts));
+    object_parts_.push_back(*std::move(parts));
     shapes_before_ += object.shapes_size();
   }
   if (auto s = add_moving(shapes, *moving); !s.ok()) return s;
@@ -70,7 +70,7 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
     if (auto s = add_held(object, held, plan->kept[static_cast<std::size_t>(object)]); !s.ok()) return s;
   }
   if (auto s = add_world_instances(plan->world_kept); !s.ok()) return s;
-  written_world_ = {}, written_ = {};  // whoever owns the blobs may free them
+  written_world_ = {}, written_objects_ = {};  // whoever owns the blobs may free them
   number_places(table_);
   return shapes_.add_solids_of_combinations();
 }
@@ -234,7 +234,7 @@ absl::Status InstanceBuilder::read_all_instances() {
   for (const v1::Object& object : scene_->objects()) {
     auto written = read_instances(object);
     if (!written.ok()) return located(written.status(), absl::StrCat("object '", object.name(), "'"));
-    written_.push_back(*std::move(written));
+    written_objects_.push_back(*std::move(written));
   }
   return absl::OkStatus();
 }
@@ -255,11 +255,11 @@ absl::Status InstanceBuilder::for_each_placed(const Written& instances, const st
       warnings_.push_back(absl::StrCat(place(), ": its transform is singular; left out"));
       continue;
     }
-    for (const ObjectPart& part : parts_[object]) {
+    for (const ObjectPart& part : object_parts_[object]) {
       if (auto s = f(i, part.placed_by(*motion)); !s.ok()) return located(s, place());
     }
     // With those that are done with gone, all lists together are no longer than the world's.
-    if (--uses_[object] == 0) parts_[object] = {};
+    if (--uses_[object] == 0) object_parts_[object] = {};
   }
   return absl::OkStatus();
 }
@@ -267,9 +267,9 @@ absl::Status InstanceBuilder::for_each_placed(const Written& instances, const st
 absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held, bool kept) {
   if (held.empty()) return absl::OkStatus();
   const v1::Object& message = scene_->objects(object);
-  const Written& written = written_[static_cast<std::size_t>(object)];
+  const Written& written = written_objects_[static_cast<std::size_t>(object)];
   const std::string where = absl::StrCat("object '", message.name(), "'");
-  ObjectParts& own = parts_[static_cast<std::size_t>(object)];
+  ObjectParts& own = object_parts_[static_cast<std::size_t>(object)];
   ObjectParts outside;  // what the holders place
   const auto anchor = kept ? anchor_of_group(written) : Imath::V3d(0, 0, 0);
   if (!anchor.ok()) return located(anchor.status(), where);

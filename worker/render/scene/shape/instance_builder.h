@@ -60,14 +60,14 @@ class InstanceBuilder {
   struct Written {
     const google::protobuf::RepeatedPtrField<v1::Instance>* messages = nullptr;
     BlobBytes blob;
-    std::span<const double> packed;  // in the blob
+    std::span<const double> packed;  // points into the blob
 
     std::size_t size() const;
     absl::StatusOr<Motion> motion(std::size_t i) const;
   };
   template <class Message>
   absl::StatusOr<Written> read_instances(const Message& holder) const;
-  /// Fills written_world_ and written_.
+  /// Fills written_world_ and written_objects_.
   absl::Status read_all_instances();
 
   /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
@@ -110,11 +110,11 @@ class InstanceBuilder {
   NameTable object_names_{"object"};
   const v1::Scene* scene_ = nullptr;
   Written written_world_;
-  std::vector<Written> written_;           // of the scene's objects
-  std::vector<int> placed_;                // the object of each of the world's instances
-  std::vector<ObjectParts> parts_;         // of the scene's objects
+  std::vector<Written> written_objects_;
+  std::vector<int> placed_;  // the object of each of the world's instances
+  std::vector<ObjectParts> object_parts_;
   std::vector<std::uint64_t> uses_;        // instances of each that are still to be built
-  std::vector<std::string> moving_names_;  // of the first of ShapeTable::instances: shapes of the world
+  std::vector<std::string> moving_names_;  // shapes of the world: the first of ShapeTable::instances
   std::vector<std::string> group_names_;   // places in the last of ShapeTable::objects, which hold others
   std::string note_;
   std::int32_t shapes_before_ = 0;  // shapes of the scene before those that are being built

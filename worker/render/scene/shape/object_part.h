@@ -10,9 +10,9 @@
 namespace tessera::render {
 
 struct ObjectPart {
-  std::int32_t object = -1;  // in ShapeTable::objects
-  Transform place;           // in the holder's space; not read where it moves
-  std::vector<Motion> way;   // of what moves: the maps that lead to it, the outermost first
+  std::int32_t object = -1;  // index in ShapeTable::objects
+  Transform place;           // its placement in the holder's space; not read where it moves
+  std::vector<Motion> way;   // where it moves: the maps that lead to it, the outermost first
 
   bool moves() const { return !way.empty(); }
   /// Time 0 is when the shutter opens, 1 when it closes.

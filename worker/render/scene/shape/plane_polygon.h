@@ -15,7 +15,7 @@ namespace tessera::render {
 struct PlanePolygon {
   Transform object_from_unit;
   std::vector<Imath::V2d> corners;
-  float uv_map[6] = {};  // from its x and y to the parameters of Polygon in shape.proto
+  float uv_map[6] = {};  // maps its x and y to the parameters of Polygon in shape.proto
 };
 
 /// From x y z of each corner. InvalidArgument where they are too few or too many, not finite, not in one

@@ -21,14 +21,14 @@ namespace tessera::render {
 
 /// Names and blobs that shapes refer to.
 struct ShapeInputs {
-  const BlobSource& blobs;  // of meshes, curves and grids
+  const BlobSource& blobs;  // source of meshes, curves and grids
   const NameTable& materials;
   const MaterialTable& material_table;
   const MediumNames& media;
-  TextureNodes& textures;  // of alpha
+  TextureNodes& textures;  // used for alpha
   MeshAttributes& attributes;
   bool triangles_only = false;  // flat shapes become meshes
-  std::stop_token stop = {};    // of building
+  std::stop_token stop = {};    // stops building
 };
 
 class ShapeBuilder {

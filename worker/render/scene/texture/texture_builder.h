@@ -66,11 +66,11 @@ class TextureBuilder final : public TextureNodes {
   const Textures* textures_ = nullptr;
   FaultList* faults_ = nullptr;  // during build()
   NameTable names_{"texture"};   // places among textures_
-  std::vector<int> nodes_;       // of textures_; kUnknown, kInProgress or kFaulty where there is none
+  std::vector<int> nodes_;       // node of each of textures_, or kUnknown, kInProgress or kFaulty
   std::map<std::string, int> attribute_names_;
   std::map<std::pair<int, bool>, int> variants_;  // refiltered() of its arguments
   std::vector<bool> needed_;                      // nodes that need_images() has seen
-  std::vector<double> lookups_;                   // of the textures' nodes; beyond the end: 1
+  std::vector<double> lookups_;                   // how many lookups a node takes; beyond the end: 1
   int nesting_ = 0;
 };
 

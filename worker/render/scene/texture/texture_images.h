@@ -37,11 +37,11 @@ class TextureImages {
   struct Slot {
     const v1::ImageTexture* source = nullptr;
     bool pyramid = false;
-    bool decoded = false;  // for another scene
+    bool decoded = false;  // decoded for another scene
     std::shared_ptr<TextureImage> image;
   };
   SharedImages* const shared_;
-  std::map<std::string, Slot> slots_;  // by digest, encoding and whether there is a pyramid
+  std::map<std::string, Slot> slots_;  // keys: digest, encoding and whether there is a pyramid
   std::set<const TextureImage*> needed_;
 };
 

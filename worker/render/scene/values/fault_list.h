@@ -12,7 +12,7 @@ namespace tessera::render {
 
 /// An element of a scene that cannot be built.
 struct SceneFault {
-  const google::protobuf::Message* element;  // in the scene's message
+  const google::protobuf::Message* element;  // part of the scene's message
   std::string place;                         // "shape 12 (lamp)"; empty where the message says it
   std::string message;
 };
