@@ -14,7 +14,7 @@ struct GltfParameters {
   BsdfCase::Color base{0.8f, 0.5f, 0.2f}, specular_color{1, 1, 1};
   float film = 0, film_eta = 1.3f, film_nm = 400;
   float spread = 0;                   // half of that of the indices
-  Direction coat_normal{0, 0, 1};     // of unit length
+  Direction coat_normal{0, 0, 1};     // unit length
   BsdfCase::Color along{1, 0.5f, 1};  // anisotropy, as a texture has it
 };
 

@@ -25,14 +25,14 @@ struct ImageAgreement {
   double pixels = 1;  // Mitsuba's rule: at most 0.25 % of the pixels may be beyond their noise
   double blocks = 1;  // means of 8 x 8 pixels
   double whole = 1;   // mean of the image
-  double bias_percent[3] = {0, 0, 0};  // of the mean colour
+  double bias_percent[3] = {0, 0, 0};  // bias of the mean colour
 
   /// P-value of all three together [Bonferroni].
   double p_value() const;
 };
 
 struct AgreementOptions {
-  double spp = 0;           // of the image, whose samples are independent
+  double spp = 0;           // the image's samples per pixel; they are independent
   double tolerance = 1e-3;  // systematic error of the reference that does not count, of its value
 };
 

@@ -18,8 +18,8 @@ struct PhaseMaking {
 
 struct MadePhases {
   std::vector<std::string> blobs;                    // one a phase
-  std::shared_ptr<const render::Prepared> prepared;  // of all; null where the algorithm has no phases
-  double cpu_seconds = 0;                            // that the parts took
+  std::shared_ptr<const render::Prepared> prepared;  // made by all of them; null where the algorithm has none
+  double cpu_seconds = 0;                            // CPU time that all parts took
 };
 
 /// Failures are those of the running test. `file` must outlive the result.

@@ -16,8 +16,8 @@ namespace tessera::support {
 
 /// How a program ended.
 struct ExitStatus {
-  int code = -1;   // of exit; -1 when a signal ended it
-  int signal = 0;  // that ended it
+  int code = -1;   // exit code; -1 when a signal ended it
+  int signal = 0;  // the signal that ended it; 0: none did
 };
 
 /// A running program; its output is collected. Killed (SIGKILL) and reaped at the latest in the destructor,

@@ -19,8 +19,8 @@ struct RayLog {
     bool occluded;  // else: nearest
     bool coherent;
     std::int32_t count;  // rays
-    std::size_t
-        first;  // in `data`: arrays of `stride()` floats: origin x y z, direction x y z, distance (occluded)
+    /// Index in `data` of arrays of `stride()` floats: origin x y z, direction x y z, distance (occluded).
+    std::size_t first;
     RayKind kind() const {
       return occluded ? RayKind::kShadow : coherent ? RayKind::kCamera : RayKind::kBounce;
     }

@@ -8,7 +8,7 @@ namespace tessera::render {
 /// Arrays of at least `n` rays, rounded up to 16; aligned to 64 bytes. Directions have unit length.
 struct RayArrays {
   const float *ox, *oy, *oz, *dx, *dy, *dz;
-  const float* time = nullptr;  // from 0 (the shutter opens) to 1; null: 0 for all
+  const float* time = nullptr;  // 0 (the shutter opens) to 1; null: 0 for all
 };
 
 /// `shape` is -1 on a miss, and the rest then undefined. `instance` is -1 outside instances, else its number

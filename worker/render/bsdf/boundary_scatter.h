@@ -19,7 +19,7 @@ struct HalfDisk {
 
   /// Two neighbours of Fibonacci's sequence.
   HalfDisk(int count, int generator) {
-    const double sum = count + 0.5 / count;  // of 6 x (1 - x) over the midpoints x
+    const double sum = count + 0.5 / count;  // sum of 6 x (1 - x) over the midpoints x
     for (int i = 0; i < count; ++i) {
       const double x = (i + 0.5) / count;
       const double phi = std::numbers::pi * (static_cast<long>(i) * generator % count + 0.5) / count;

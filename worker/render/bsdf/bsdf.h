@@ -37,7 +37,7 @@ struct BsdfParams {
   // With kUsesFurther
   Spectrum further_spectra[kFurtherSpectra];
   Float further[kFurtherScalars];
-  Vec3 upper_normal;  // in the shading frame: of the layer above the base
+  Vec3 upper_normal;  // normal of the layer above the base, in the shading frame
   FilmMeans film;     // prepared
 
   /// Lanes that have `flag`.
@@ -56,22 +56,22 @@ TESSERA_INLINE Spectrum transported(Transport transport, Mask refracted, Float e
 
 struct BsdfEval {
   Spectrum f_cos;  // f(wo, wi) |cos theta_i|, 1/sr; without delta lobes
-  Float pdf;       // of sample() returning wi, solid angle; without delta lobes
+  Float pdf;       // density with which sample() returns wi, by solid angle; without delta lobes
 };
 
 struct BsdfSample {
   Vec3 wi;
   Spectrum weight;  // f |cos theta_i| / pdf, over all lobes that could give wi
   Float pdf;        // solid angle; for a delta lobe the probability of the lobe
-  Float eta;        // for transmission: index of the side that wi is on over that of wo's side; else 1
+  Float eta;        // transmission: index of the side that wi is on over that of wo's side; else 1
   Mask valid;       // a direction was found; else the path ends
-  Mask specular;    // from a delta lobe: not to be weighed against light sampling
+  Mask specular;    // a delta lobe was sampled: not to be weighed against light sampling
   Mask transmission;
 };
 
 /// Light that goes straight on as if the surface were not there.
 struct Passing {
-  Float probability;  // that light passes; what does not is scattered
+  Float probability;  // probability that light passes; what does not is scattered
   Spectrum weight;    // factor of the light that passes
 };
 

@@ -7,7 +7,7 @@
 //     Mask smooth;
 //     bool any_rough() const;
 //     Float transmittance(Vec3 w) const;                    // T(w)
-//     Float reflectance(Vec3 w) const;                      // of the coat: less than 1 - T where it absorbs
+//     Float reflectance(Vec3 w) const;                      // the coat's: below 1 - T where it absorbs
 //     Float internal;                                       // R
 //     Float one_minus_colour(Float rho) const;              // 1 - rho R, or what stands for it
 //     Spectrum tinted(const BsdfParams&, Spectrum) const;   // light that the coat reflected
@@ -23,7 +23,7 @@ namespace tessera::render::TESSERA_ISA {
 /// Terms that depend on wo only: radiance that leaves along wo per irradiance that enters, and how to choose
 /// a lobe.
 struct CoatLobes {
-  Float fresnel_o;  // of the smooth coat; only meaningful there
+  Float fresnel_o;  // Fresnel factor of a smooth coat; has no meaning for others
   Spectrum base;    // T(wo) rho / (eta^2 (1 - rho R))
   Float coat;       // probability of sampling the coat's lobe
 

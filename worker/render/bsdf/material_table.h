@@ -103,10 +103,10 @@ struct MaterialRecord {
   std::int32_t mix_a = -1, mix_b = -1;  // materials, with kMixed; slot::kMixAmount: the probability of b
   // Offset into MaterialTable::coat_tables (kCoatedDiffuse, kPlastic, with kBalanced), else -1.
   std::int32_t coat_table = -1;
-  std::int32_t extended = 0;               // in MaterialTable::extended, with kUsesExtended
+  std::int32_t extended = 0;               // index in MaterialTable::extended, with kUsesExtended
   std::int32_t back = -1;                  // material, with kHasBack
-  float bump_step = 0;                     // in u and v, over which differences of the bump texture are taken
-  std::int32_t upper_normal_texture = -1;  // with kUsesFurther: normal map of the layer above the base
+  float bump_step = 0;                     // step in u and v over which the bump texture is differentiated
+  std::int32_t upper_normal_texture = -1;  // normal map of the layer above the base, with kUsesFurther
   std::int32_t padding[5] = {};
 };
 static_assert(sizeof(MaterialRecord) == 128);
@@ -132,7 +132,7 @@ struct MaterialTable {
   // layer_table.h.
   std::vector<float> coat_tables;
   std::vector<float> film_table;           // bsdf/tables/film_table.h; empty where nothing is iridescent
-  std::vector<std::int32_t> coat_offsets;  // of those of bsdf/tables/coat_table.h
+  std::vector<std::int32_t> coat_offsets;  // offsets of the tables of bsdf/tables/coat_table.h
 };
 
 }  // namespace tessera::render

@@ -121,7 +121,7 @@ TESSERA_INLINE Vec3 mirror_if(Mask below, Vec3 w) { return {w.x, w.y, select(bel
 /// Single scattering by mirrors, without their Fresnel factor, for wo and wi above the surface.
 struct MicrofacetReflection {
   Float f_cos;
-  Float pdf;    // of reflection at a visible normal
+  Float pdf;    // density of reflection at a visible normal
   Float cos_m;  // between wo and the microfacet's normal
 };
 

@@ -21,8 +21,8 @@ enum class TexelEncoding {
 
 struct TextureLoadOptions {
   TexelEncoding encoding = TexelEncoding::kAuto;
-  float gamma = 1;                        // with kGamma
-  std::uint64_t max_texels = 1ull << 28;  // of the decoded image; more is refused
+  float gamma = 1;                        // used with kGamma
+  std::uint64_t max_texels = 1ull << 28;  // largest decoded image; more is refused
 };
 
 /// The size of such a file, by its header alone; the errors of load_texture_image() that it tells.

@@ -62,9 +62,9 @@ static_assert(sizeof(MipLevel) == 16);
 /// and half the height of the one before, rounded down. Neighbours in a row are read at once, so that a
 /// bilinear look-up is two reads a lane.
 struct MipPyramid {
-  std::vector<MipLevel> levels;      // from full resolution to one texel; empty: there is no pyramid
-  BigArray<std::uint32_t> texels16;  // of 8-bit images, two a texel: R | G << 16, B | A << 16, in 65535ths
-  BigArray<float> texels32;          // of others: four a texel
+  std::vector<MipLevel> levels;      // full resolution first, one texel last; empty: there is no pyramid
+  BigArray<std::uint32_t> texels16;  // 8-bit images, two a texel: R | G << 16, B | A << 16, in 65535ths
+  BigArray<float> texels32;          // others: four a texel
 };
 
 /// Decoded pixels, rows from the top. Shared by all textures that use the file the same way.
@@ -93,7 +93,7 @@ struct TextureNode {
   bool plain_uv = true;  // the surface's own u and v, not mixed
   bool solid = false;    // kCheckerboard over space
   UvSource source = UvSource::kSurface;
-  Affine texture_from_render;         // of all that look at the point
+  Affine texture_from_render;         // used by all that look at the point
   NoiseKind noise = NoiseKind::kFbm;  // kNoise, with `scale`
   std::int32_t octaves = 8;
   float roughness = 0.5f, variation = 0.2f;

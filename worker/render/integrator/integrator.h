@@ -21,9 +21,9 @@ namespace tessera::render {
 struct IntegratorContext {
   const SceneTables& scene;
   const RayQuery& rays;
-  std::uint64_t seed;                  // of the sampler
+  std::uint64_t seed;                  // the sampler's
   RenderStats& stats;                  // times in ticks of Kernel::clock_ticks
-  const Prepared* prepared = nullptr;  // by the algorithm's own `prepare`; null where it has none
+  const Prepared* prepared = nullptr;  // made by the algorithm's own `prepare`; null where it has none
 };
 
 /// Finds light, on one thread. One is made for each unit of work.

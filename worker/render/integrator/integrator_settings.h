@@ -8,8 +8,8 @@ namespace tessera::render {
 
 /// RenderSettings.photon
 struct PhotonSettings {
-  float radius = 0;           // of the first pass, render-space units; 0: as the pixels' footprint says
-  float caustic_radius = 0;   // the same for caustics; 0: as `radius` says
+  float radius = 0;          // radius in the first pass, render-space units; 0: as the pixels' footprint says
+  float caustic_radius = 0;  // the same for caustics; 0: as `radius` says
   std::uint32_t photons = 0;  // light paths of a pass; 0: as the film's pixels say
   bool one_map = false;       // the classic algorithm: all passes read the map of the first
   bool direct = false;        // direct light is found by photons, too, not by sampling the lights
@@ -17,17 +17,17 @@ struct PhotonSettings {
 
 /// RenderSettings.mlt
 struct MetropolisSettings {
-  std::uint32_t mutations = 1;   // of a chain
-  std::uint32_t candidates = 1;  // for each chain to begin at
+  std::uint32_t mutations = 1;   // mutations of a chain
+  std::uint32_t candidates = 1;  // candidates for the path that a chain begins at
   float large_steps = 0.3f;      // probability
   float step = 1.0f / 32;        // largest change of a number by a small step
 };
 
 /// RenderSettings.radiosity
 struct RadiositySettings {
-  double error_bound = 0.01;  // of a link's light, over the mean irradiance of what is lit
+  double error_bound = 0.01;  // largest error of a link's light, over the mean irradiance of what is lit
   double smallest_area = 0;   // scene units squared; patches below it are not split
-  double residual = 1e-4;     // of the solution: power that the last sweep moved, over all of it
+  double residual = 1e-4;     // power that the last sweep of the solution moved, over all of it
   bool final_gather = false;  // patches are seen by one bounce, and not shown themselves
   std::uint64_t memory_limit = std::uint64_t{4} << 30;  // bytes of patches and links
 };
@@ -38,7 +38,7 @@ struct IrradianceCacheSettings {
   std::int32_t samples = 1024;
   float least_reach = 3, most_reach = 32;  // widths of a pixel
   bool view = false;
-  std::int32_t glossy_bands = 8;  // of spherical harmonics; 0: no records at glossy surfaces
+  std::int32_t glossy_bands = 8;  // bands of spherical harmonics; 0: no records at glossy surfaces
 };
 
 enum class ShadowKind : std::uint8_t {

@@ -12,7 +12,7 @@ namespace tessera::render::TESSERA_ISA {
 /// One material at 16 surface points.
 struct MaterialPart {
   Int kind;      // BsdfKind
-  Int material;  // for mixes the mix itself, from behind what is there
+  Int material;  // where it is a mix, the mix itself; from behind, the material there
   Int flags;     // MaterialFlags
   BsdfParams params;
   Frame frame;  // shading frame, z on the side of the geometric normal before bump and normal maps

@@ -13,7 +13,7 @@ namespace tessera::render {
 struct DensityGrid {
   std::int32_t size[3] = {1, 1, 1};
   std::int32_t channels = 1;   // 1 or kBands, together
-  Affine grid_from_render;     // to the unit cube
+  Affine grid_from_render;     // maps to the unit cube
   std::vector<float> samples;  // x fastest
 };
 
@@ -32,7 +32,7 @@ struct MediumRecord {
   bool emits = false;
   bool homogeneous = true;
   // Not homogeneous: where the medium is, and bounds of sigma_t there.
-  Affine bounds_from_render;  // to the unit cube
+  Affine bounds_from_render;  // maps to the unit cube
   std::int32_t cells[3] = {1, 1, 1};
   std::vector<float> majorants;  // largest component of sigma_t in a cell of the unit cube, x fastest
 };

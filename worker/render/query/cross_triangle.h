@@ -20,7 +20,7 @@ inline double difference_of_products(double a, double b, double c, double d) {
 
 /// An edge, sheared so that the ray runs along z through the origin, and the side of it on which the ray is.
 struct EdgeSide {
-  double size;  // of the edge function
+  double size;  // size of the edge function
   bool above, below;
 
   /// Where the ray meets the edge, it is taken to be beside it, by (e, e^2) with e infinitely small

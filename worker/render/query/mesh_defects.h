@@ -32,7 +32,7 @@ struct MeshReport {
   std::int64_t triangles = 0, vertices = 0, edges = 0;  // corners in one place are one vertex
   /// Every line crosses the mesh an even number of times: all edges have an even number of faces.
   bool closed = true;
-  std::vector<DefectPlace> defects;  // by kind, then in order of the triangles
+  std::vector<DefectPlace> defects;  // sorted by kind, then in order of the triangles
 
   bool watertight() const { return defects.empty(); }
 };

@@ -21,7 +21,7 @@ namespace tessera::render {
 struct ShapeNames {
   std::string name, material;                    // empty: none was given
   std::string interior_medium, exterior_medium;  // behind the surface, and in front of it
-  std::int32_t number = 0;                       // in the scene, from 1 on
+  std::int32_t number = 0;                       // number in the scene, from 1 on
 };
 
 /// A place on a surface.
@@ -77,7 +77,7 @@ struct BoundsReport {
 struct ShapeReport {
   std::int32_t shape = -1;
   bool is_mesh = false;
-  MeshReport mesh;  // of other shapes: `closed` alone
+  MeshReport mesh;  // other shapes: `closed` alone
 };
 
 /// Immutable, and safe to use from any number of threads at once.
@@ -85,13 +85,13 @@ class QueryScene {
  public:
   struct Parts {
     std::shared_ptr<const ShapeTable> shapes;
-    std::vector<ShapeNames> names;  // of each shape
-    V3d origin{0, 0, 0};            // of render space, in the world
-    V3d camera{0, 0, 0};            // in the world
+    std::vector<ShapeNames> names;  // names of each shape
+    V3d origin{0, 0, 0};            // origin of render space, in the world
+    V3d camera{0, 0, 0};            // position in the world
     std::string camera_medium;
     const QueryKernel* kernel = nullptr;
     AnalyticBounds analytic;
-    float time = 0;  // from 0 (the shutter opens) to 1
+    float time = 0;  // 0 (the shutter opens) to 1
     int threads = 1;
   };
   /// ResourceExhausted where there are too many primitives.
@@ -153,7 +153,7 @@ class QueryScene {
   Level<Bvh> shape_boxes_;
   std::vector<std::vector<Primitive>> boxes_of_objects_;
   std::vector<std::int32_t> half_spaces_, half_space_instances_;
-  std::vector<std::vector<Face>> faces_;  // of each shape, where it has plane ones alone; object space
+  std::vector<std::vector<Face>> faces_;  // faces of each shape that has plane ones alone; object space
   std::vector<std::unique_ptr<MeshFacts>> mesh_facts_;
   std::string far_medium_;
 };

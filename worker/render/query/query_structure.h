@@ -41,7 +41,7 @@ class QueryStructure {
   const ShapeTable* shapes_ = nullptr;
   Level<Bvh> world_;
   std::vector<Level<Bvh>> objects_;
-  std::vector<ExactAffine> instance_from_render_;  // of those that stand still
+  std::vector<ExactAffine> instance_from_render_;  // instances that stand still
 };
 
 /// Corners of triangle `number` of a mesh, as floats in the space that it is placed in.

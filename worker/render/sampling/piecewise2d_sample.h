@@ -13,7 +13,7 @@ struct Piecewise2dPlace {
 };
 
 struct Piecewise2dSample : Piecewise2dPlace {
-  Float density;  // of uv, over the unit square
+  Float density;  // density of uv over the unit square
 };
 
 namespace detail {

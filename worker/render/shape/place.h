@@ -29,18 +29,18 @@ constexpr std::int32_t upper_part(std::int64_t place) {
 /// Sets InstanceRecord::first_place of all instances. Objects follow those that they hold, and there are less
 /// than 2^62 places.
 inline void number_places(ShapeTable& table) {
-  std::vector<std::int64_t> sizes;  // of the objects' trees
+  std::vector<std::int64_t> tree_sizes;  // one for each object
   const auto number = [&](std::span<InstanceRecord> neighbours) {
     std::int64_t next = 0;
     for (InstanceRecord& instance : neighbours) {
       instance.first_place = next;
-      next += sizes[static_cast<std::size_t>(instance.object)];
+      next += tree_sizes[static_cast<std::size_t>(instance.object)];
     }
     return next;
   };
   for (const ObjectRange& object : table.objects) {
     const auto first = static_cast<std::size_t>(object.first_inner);
-    sizes.push_back(
+    tree_sizes.push_back(
         1 + number(std::span(table.inner).subspan(first, static_cast<std::size_t>(object.inner_count))));
   }
   number(table.instances);

@@ -56,8 +56,8 @@ struct ShapeRecord {
   std::int32_t flags = 0;
   std::int32_t first_light = -1;  // light of primitive 0; the others follow. -1: does not emit
   // kTriangles
-  std::int32_t first_triangle = 0;  // in ShapeTable::triangles
-  std::int32_t first_vertex = 0;    // in ShapeTable::vertices
+  std::int32_t first_triangle = 0;  // index in ShapeTable::triangles
+  std::int32_t first_vertex = 0;    // index in ShapeTable::vertices
   std::int32_t quadric = 0;         // kSdfGrid: in ShapeTable::sdf_grids; kCurves: in ShapeTable::curves;
                                     // kImplicit: in ShapeTable::implicits; kCsg: in ShapeTable::csgs;
                                     // other analytic shapes: in ShapeTable::quadrics
@@ -127,10 +127,10 @@ struct SdfGridRecord {
 struct InstanceRecord {
   Affine render_from_instance;  // those that move: when the shutter opens
   Affine instance_from_render;
-  std::int32_t object = 0;       // in ShapeTable::objects
+  std::int32_t object = 0;       // index in ShapeTable::objects
   std::int32_t first_step = 0;   // those that move: in ShapeTable::motion_steps
   std::int32_t segments = 0;     // between its steps; 0: it stands still
-  std::int32_t number = 0;       // in the scene, from 1 on; 0: a shape of the scene's own that moves
+  std::int32_t number = 0;       // number in the scene, from 1 on; 0: a shape of the scene's own that moves
   std::int64_t first_place = 0;  // number of its object's place, counted from the first of its neighbours
   std::int32_t padding[2] = {};
 };

@@ -15,8 +15,8 @@ struct Hit {
   Int primitive;
   Int shape;
   Int instance;
-  Float time = Float(0.0f);  // of the ray, from 0 (the shutter opens) to 1; without motion it does not matter
-  Int upper = Int(0);        // of the place, in scenes with objects within objects
+  Float time = Float(0.0f);  // the ray's, 0 (the shutter opens) to 1; without motion it does not matter
+  Int upper = Int(0);        // upper bits of the place, in scenes with objects within objects
 };
 
 /// A point on a surface, in render space.

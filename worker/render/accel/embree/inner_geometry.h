@@ -15,8 +15,8 @@ struct ShapeTable;
 /// User pointer of the Embree geometry of all instances in one object.
 struct InnerGeometry {
   const ShapeTable* table = nullptr;
-  const std::vector<RTCScene>* objects = nullptr;  // of ShapeTable::objects
-  std::int32_t first = 0;                          // in ShapeTable::inner
+  const std::vector<RTCScene>* objects = nullptr;  // scenes of ShapeTable::objects
+  std::int32_t first = 0;                          // index in ShapeTable::inner
 };
 
 /// Set in the geometry id of a hit in such an instance; the other bits are the shape's. A missed ray has all

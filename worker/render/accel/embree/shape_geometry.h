@@ -10,7 +10,7 @@ struct TextureTable;
 /// User pointer of the Embree geometry of an analytic shape.
 struct ShapeGeometry {
   const ShapeTable* table = nullptr;
-  const TextureTable* textures = nullptr;  // of alpha
+  const TextureTable* textures = nullptr;  // used for alpha
   std::int32_t shape = 0;
 };
 

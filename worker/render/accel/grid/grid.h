@@ -15,7 +15,7 @@ namespace tessera::render {
 struct Grid {
   Box box;
   std::int32_t size[3] = {0, 0, 0};   // cells along each axis; 0: the grid is empty
-  std::vector<std::uint32_t> firsts;  // of each cell's items, x fastest; one more at the end
+  std::vector<std::uint32_t> firsts;  // index of each cell's first item, x fastest; one more at the end
   std::vector<std::uint32_t> items;   // indices of primitives
   StructureFigures figures;
 

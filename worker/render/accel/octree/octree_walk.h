@@ -14,7 +14,7 @@ void walk(const Octree& tree, const Box& box, const Ray& ray, Visitor& visitor) 
     std::int32_t child;
     float enter, leave;
   };
-  constexpr int kMostWaiting = 7 * 21 + 1;  // of each step down
+  constexpr int kMostWaiting = 7 * 21 + 1;  // seven siblings for each step down
   Waiting stack[kMostWaiting];
   int waiting = 0;
   const Ray::Interval whole = ray.within(box.low, box.high);

@@ -15,7 +15,7 @@ namespace tessera::render {
 template <class Node>
 struct CellTree {
   struct Leaf {
-    std::uint32_t first = 0, count = 0;  // in `items`
+    std::uint32_t first = 0, count = 0;  // a range of `items`
   };
   std::vector<Node> nodes;
   std::vector<Leaf> leaves;

@@ -14,13 +14,13 @@ inline constexpr double kStepCost = 15, kTestCost = 20;
 /// Figures of one structure, or of those of a world and its objects together.
 struct StructureFigures {
   std::uint64_t primitives = 0;
-  std::uint64_t nodes = 0;   // that have children; a grid has none
-  std::uint64_t leaves = 0;  // that hold primitives; a grid's cells that do
+  std::uint64_t nodes = 0;   // nodes that have children; a grid has none
+  std::uint64_t leaves = 0;  // leaves that hold primitives; a grid's cells that do
   std::uint64_t empty_leaves = 0;
-  std::uint64_t references = 0;  // from leaves to primitives: those in several cells count for each
+  std::uint64_t references = 0;  // primitives of all leaves; one in several leaves counts for each
   std::uint64_t bytes = 0;
   std::int32_t depth = 0;  // steps from the root to the deepest leaf
-  double sah_cost = 0;     // of the world's; 0 where the structure has no such measure
+  double sah_cost = 0;     // cost of the world's; 0 where the structure has no such measure
 
   void add(const StructureFigures& other) {
     primitives += other.primitives, nodes += other.nodes, leaves += other.leaves;

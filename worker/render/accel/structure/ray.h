@@ -17,9 +17,9 @@
 namespace tessera::render::TESSERA_ISA {
 
 struct Ray {
-  double o[3], d[3];          // of any length; in an object's space not floats
+  double o[3], d[3];          // d: any length; in an object's space these are not floats
   float of[3], df[3];         // rounded: for tests of shapes and filters
-  float pad;                  // of boxes
+  float pad;                  // margin of boxes
   float inverse[3];           // 1 / d, bounded
   float low_o[3], high_o[3];  // taken off lower and upper ends of boxes
   int x, y, z;                // z: where the direction's largest component is [Woop, Benthin & Wald 2013]

@@ -16,7 +16,7 @@ namespace tessera::render {
 struct alignas(64) WideNode {
   float low[3][16], high[3][16];  // an axis each; a child that is not there has its lower end above the upper
   std::int32_t child[16];         // a node; or ~ the first item of a leaf
-  std::int32_t count[16];         // of a leaf's items; negative where not all of them are triangles
+  std::int32_t count[16];         // number of a leaf's items; negative where not all of them are triangles
 };
 
 struct WideTree {
@@ -33,9 +33,9 @@ struct WideTree {
 
 /// A node of what is folded. Parents stand before their children, the root first.
 struct BinaryNode {
-  Box box;                             // of a leaf; that of others follows
+  Box box;                             // set in leaves; that of others follows
   std::int32_t child[2] = {-1, -1};    // none of both: a leaf
-  std::uint32_t first = 0, count = 0;  // of a leaf's items
+  std::uint32_t first = 0, count = 0;  // a leaf's range of items
 };
 
 /// Opens the largest children of a node until it has sixteen. What holds few triangles becomes a leaf, in

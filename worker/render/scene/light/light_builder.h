@@ -24,7 +24,8 @@ struct LightInputs {
   const BlobSource& blobs;  // source of environment maps
   const wire::AlgorithmTraits& algorithm;
   TextureNodes& textures;
-  bool headers_alone = false;  // environment maps stay black but for their size: nothing will be rendered
+  /// Reads only the headers of environment maps, which stay black: for scenes that are not rendered.
+  bool headers_alone = false;
 };
 
 class LightBuilder {

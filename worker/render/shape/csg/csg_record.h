@@ -21,7 +21,7 @@ struct CsgNode {
   std::int32_t end = 0;  // behind its last descendant
   std::int32_t weight = 1;
   std::int32_t threshold = 1;
-  std::int32_t solid = -1;          // in CsgRecord::solids; -1: a group
+  std::int32_t solid = -1;          // index in CsgRecord::solids; -1: a group
   std::int32_t keeps_material = 0;  // a difference whose cut faces have the material of what is cut
 };
 
@@ -31,14 +31,14 @@ struct CsgSolid {
   std::int32_t node = 0;
   std::int32_t shape = -1;  // its record, in ShapeTable::shapes, where no structure looks
   std::int32_t turned = 0;  // its own normal points into the whole
-  std::int32_t mesh = -1;   // in CsgRecord::meshes; else a model of analytic_shape.h, or kImplicit
+  std::int32_t mesh = -1;   // index in CsgRecord::meshes; else a model of analytic_shape.h, or kImplicit
 };
 
 /// A closed mesh in unit space, with a tree of boxes over its triangles.
 struct CsgMesh {
   struct Node {
     double low[3], high[3];
-    std::int32_t first = 0, count = 0;  // in `order`; none: an inner node, whose first child is the next one
+    std::int32_t first = 0, count = 0;  // a range of `order`; empty: an inner node, its first child follows
     std::int32_t second = 0;            // the second child
   };
   std::vector<double> positions;         // x y z; triangles that touch share them

@@ -23,16 +23,16 @@ struct FacetReflectance {
 struct FacetMatter {
   bool filmed, disperses;
   Mask active, inside;
-  Float eta;                 // of the other side over that of wo's
-  Spectrum etas;             // where it disperses: the same for each channel
+  Float eta;                 // index of the other side over that of wo's
+  Spectrum etas;             // the same for each channel, where it disperses
   Spectrum base;             // base colour
   Float metal, glass;        // shares: metal, what refracts
-  Float share;               // of the facets: dielectric
+  Float share;               // share of the facets that is dielectric
   Spectrum dielectric0, f0;  // reflectance along the normal, of the dielectric and of all
   Float dielectric90, f90;   // ... and along the surface
   Float weakest;             // the largest component of dielectric0
   Ggx facets;
-  LayerRows rows;    // of the facets
+  LayerRows rows;    // the layer table for the facets
   LayerEnergy mean;  // over diffuse light
   Float film_share;
   ThinFilm film;

@@ -18,7 +18,7 @@ struct LayerEnergy {
 
 /// Two cosines that stand for those of all facets that reflect [film_table.h].
 struct FacetCosines {
-  Float smaller, larger, share;  // that counts as the smaller one
+  Float smaller, larger, share;  // share: what counts as the smaller one
 };
 
 /// The rows of the layer table for one roughness of each lane.

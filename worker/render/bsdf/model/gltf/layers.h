@@ -37,7 +37,7 @@ struct Layers : FacetMatter {
   CoatFrame coat_frame;
   Spectrum sheen;
   LayerRows coat_rows, sheen_rows;
-  LayerEnergy out;                    // of the facets, along wo
+  LayerEnergy out;                    // energy of the facets, along wo
   Float coat_out, sheen_out;          // what coat and sheen reflect of light along wo
   Float base_out;                     // what the dielectric leaves of it to the base
   Float to_above, to_below, to_coat;  // probabilities; the rest goes to the facets
