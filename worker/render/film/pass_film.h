@@ -37,7 +37,7 @@ class PassFilm final : public SampleSource, public Film {
   const wire::TileResult& result_;
   const PixelFilterRecord& filter_;
   TileAccumulator sums_;
-  const std::vector<std::uint32_t> pixel_order_;  // as samples are asked for
+  const std::vector<std::uint32_t> pixel_order_;  // samples are asked for in this order
   std::vector<std::uint32_t> all_;                // pixels, rows from the top
   const std::size_t sample_channels_;
   const std::size_t first_layer_;  // channel

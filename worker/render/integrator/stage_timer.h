@@ -78,7 +78,7 @@ class ShadingTimer {
     if (!on_) return;
     const std::uint64_t now = clock_ticks(), spent = now - last_;
     times_.shading_parts[static_cast<std::size_t>(part)] += spent;
-    if (part == ShadingPart::kMaterials) packet_materials_time_ += spent;
+    if (part == ShadingPart::kMaterials) packet_material_time_ += spent;
     last_ = now;
   }
   /// The packet's time with materials was spent on these.
@@ -87,18 +87,18 @@ class ShadingTimer {
     alignas(64) std::int32_t index[kWidth];
     material.store(index);
     const std::uint64_t each =
-        any(lanes) ? packet_materials_time_ / static_cast<std::uint64_t>(count(lanes)) : 0;
+        any(lanes) ? packet_material_time_ / static_cast<std::uint64_t>(count(lanes)) : 0;
     for (std::uint32_t bits = lanes.bits(); bits != 0; bits &= bits - 1) {
       times_.materials[static_cast<std::size_t>(index[std::countr_zero(bits)])] += each;
     }
-    packet_materials_time_ = 0;
+    packet_material_time_ = 0;
   }
 
  private:
   StageTimes& times_;
   bool on_ = false;
   std::uint64_t last_ = 0;
-  std::uint64_t packet_materials_time_ = 0;
+  std::uint64_t packet_material_time_ = 0;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -82,8 +82,8 @@ struct Environment {
   BigArray<float>
       texels;  // four floats a texel (R, G, B, density of its cell), rows from the top, scale applied
   Piecewise2d distribution;  // domain: the map's unit square; density proportional to luminance x Jacobian
-  double flux = 0;           // where there is a map: integral of the mean of R, G and B over all directions
-  float sampled_share = 1;   // share of the light that the distribution covers; BSDF sampling finds the rest
+  double flux = 0;          // environments with a map: integral of the mean of R, G and B over all directions
+  float sampled_share = 1;  // share of the light that the distribution covers; BSDF sampling finds the rest
   // Light comes through this parallelogram only, if it has an area: corner, and sides from it, render space.
   // It travels to the side that the cross product of the sides points to.
   float portal[9] = {};

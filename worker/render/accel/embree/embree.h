@@ -23,7 +23,7 @@ using EmbreeContext = RTCRayQueryContext;
 /// by shape/place.h.
 struct PlaceContext : EmbreeContext {
   std::int64_t holder = -1;       // place of the object whose scene is being searched; -1: the world's
-  std::int64_t* found = nullptr;  // by a ray's id: the place of its nearest hit in such an object
+  std::int64_t* found = nullptr;  // place of each ray's nearest hit in such an object, by the ray's id
 };
 
 /// kCoherent only for camera rays: measured to halve the speed of others. kSingle goes another way through

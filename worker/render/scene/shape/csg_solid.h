@@ -18,7 +18,7 @@ struct CsgBox {
 
 /// Placement and bounds of an operand in the space of the combination, before that has its size.
 struct CsgOperand {
-  Transform combination_from_object;  // as the message has it
+  Transform combination_from_object;  // taken from the message
   Transform combination_from_own;     // analytic shapes: from the space in which they have size 1
   CsgBox box;
 };

@@ -218,7 +218,7 @@ Shown look_up(const Solution& solution, Side side, Weights at) {
     }
     for (int i = 0; i < 3; ++i) at.w[i] = part == 3 ? 1 - 2 * at.w[i] : 2 * at.w[i] - (i == part ? 1 : 0);
     node = solution.nodes[static_cast<std::size_t>(node + part)];
-    ++shown.level;
+    ++shown.patch_level;
   }
   const SolutionPatch& patch = solution.patches[static_cast<std::size_t>(-1 - node)];
   for (int corner = 0; corner < 3; ++corner) {

@@ -18,7 +18,7 @@ Solution show(const ShapeTable& shapes, const Surfaces& surfaces, const Forest& 
 /// Data that a point of a side gets of its patch.
 struct Shown {
   Colour irradiance;
-  int level = 0;  // of the patch
+  int patch_level = 0;
 };
 /// `at`: weights of the triangle's corners.
 Shown look_up(const Solution& solution, Side side, Weights at);

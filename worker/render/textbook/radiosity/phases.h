@@ -42,7 +42,7 @@ struct Linked final : Prepared {
 
   const Surfaces surfaces;
   const Clusters clusters;
-  std::unique_ptr<Estimate> estimate;  // for the final links
+  std::unique_ptr<Estimate> estimate;  // guides the final links
   Links links;                         // for the solution
 };
 

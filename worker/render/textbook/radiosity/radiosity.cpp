@@ -90,7 +90,7 @@ Mask Radiosity::add_patches(const Encounter& e, Mask wanted, bool seen_directly)
     const double u = double{b1[i]}, w = double{b2[i]};
     const radiosity::Shown shown = radiosity::look_up(solved_.solution, side, {{1 - u - w, u, w}});
     if (!seen_directly) {
-      const double size = std::sqrt(solved_.surfaces.area(side)) * std::exp2(-shown.level);
+      const double size = std::sqrt(solved_.surfaces.area(side)) * std::exp2(-shown.patch_level);
       if (double{t[i]} < kNearInPatches * size) continue;
     }
     added |= std::uint32_t{1} << i;

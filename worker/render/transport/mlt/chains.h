@@ -104,7 +104,7 @@ class Chains {
   std::vector<double> candidate_light_;
   std::vector<Chain> chains_;
   std::size_t stride_ = 0;                // floats of a chain's coordinates
-  std::vector<float> chain_coordinates_;  // by chain and place, two each
+  std::vector<float> chain_coordinates_;  // two for each place of each chain
   Offers offers_;
   alignas(64) std::int32_t order_[kChains];
   std::vector<int> first_of_way_;

@@ -138,7 +138,7 @@ class PathReuse final : public PathObserver {
   Lanes<float> by_light_, by_found_, by_suffix_;  // one over the densities with which the group finds these
   // Samples that take part: with a first surface, with a second one that scatters evenly, with others
   Samples firsts_, evens_, glossies_;
-  Lanes<std::int32_t> place_in_firsts_;  // by sample; -1: none
+  Lanes<std::int32_t> place_in_firsts_;  // one for each sample; -1: none
   // One for each pair
   Pairs pdf_;             // density by area of the second surface; 0: not found from there
   SpectrumPairs weight_;  // weight of the light that is sent back there

@@ -15,7 +15,7 @@ struct DrawnPhoton {
   UInt random;  // in: decides which
   // Undefined where the estimate is black.
   Vec3 position = {};
-  Vec3 direction = {};  // to where it came from
+  Vec3 direction = {};  // points to where it came from
   Float way = {};       // distance to there
 };
 
