@@ -206,7 +206,6 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
   absl::StatusOr<Pictures> pictures = Pictures::begin(spec, how);
   if (!pictures.ok()) return pictures.status();
 
-  const Clock::time_point start = Clock::now();
   Tale tale{spec, how};
   FollowedJob followed;
   std::uint32_t units = 0;
@@ -247,7 +246,6 @@ absl::StatusOr<FollowedJob> follow_job(JobCalls& farm, const std::string& job_id
     if (!images.ok()) return images.status();
     followed.images = *std::move(images);
   }
-  followed.wall_seconds = std::chrono::duration<double>(Clock::now() - start).count();
   return followed;
 }
 

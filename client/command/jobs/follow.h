@@ -41,7 +41,6 @@ struct FollowedJob {
   absl::Status broken_off;  // why following ended before the job did, where a partial image is wanted
   // One a view, when the job is done, or incomplete, or a partial one is wanted and there is something.
   std::vector<FollowedImage> images;
-  double wall_seconds = 0;  // how long it was followed
 };
 
 /// Settings of the program that follows.
