@@ -3,8 +3,8 @@
 #include <exception>
 #include <utility>
 
-#include "command/desk/config_file.h"
 #include "command/exit_code.h"
+#include "command/setup/config_file.h"
 #include "wire/version.h"
 
 namespace tessera::client {

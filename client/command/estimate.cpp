@@ -33,7 +33,7 @@ constexpr std::uint32_t kAdaptivePart = 4 * wire::kNoiseBlock;  // pixels, a sid
 constexpr std::uint32_t kSurveySamples = 16;
 constexpr double kOfNormal = 1.96;  // standard errors: 95 % of a normal distribution
 
-struct EstimateWishes {
+struct EstimateOptions {
   RenderOptions render;
   double error = 0.05;
   double budget = 60;
@@ -110,7 +110,7 @@ struct Outlook {
 
 std::string hours(double seconds) { return absl::StrFormat("%.3g", seconds / 3600); }
 
-std::string outlook_text(const Outlook& outlook, const v1::JobSpec& spec, const EstimateWishes& options) {
+std::string outlook_text(const Outlook& outlook, const v1::JobSpec& spec, const EstimateOptions& options) {
   const int threads = options.render.threads;
   std::string text = absl::StrFormat("cost        %s core-hours (95 %%: %s to %s); here, on %d threads, %s\n",
                                      hours(outlook.seconds()), hours(outlook.least()), hours(outlook.most()),
@@ -137,7 +137,7 @@ std::string outlook_text(const Outlook& outlook, const v1::JobSpec& spec, const 
   return text;
 }
 
-std::string outlook_json(const Outlook& outlook, const v1::JobSpec& spec, const EstimateWishes& options) {
+std::string outlook_json(const Outlook& outlook, const v1::JobSpec& spec, const EstimateOptions& options) {
   nlohmann::ordered_json json = {{"cpu_seconds", outlook.seconds()},
                                  {"cpu_seconds_error", outlook.views * outlook.parts.cpu_error},
                                  {"core_hours", outlook.seconds() / 3600},
@@ -162,7 +162,7 @@ std::string outlook_json(const Outlook& outlook, const v1::JobSpec& spec, const 
   return json.dump(2) + "\n";
 }
 
-absl::StatusOr<Outlook> look_ahead(const EstimateWishes& options, LoadedJob& loaded, std::stop_token stop) {
+absl::StatusOr<Outlook> look_ahead(const EstimateOptions& options, LoadedJob& loaded, std::stop_token stop) {
   v1::JobSpec& spec = loaded.job->spec;
   const std::uint32_t tile_size = spec.cut().tile_size();
   if (spec.samples().noise() != 0) spec.mutable_cut()->set_tile_size(std::min(tile_size, kAdaptivePart));
@@ -189,7 +189,7 @@ absl::StatusOr<Outlook> look_ahead(const EstimateWishes& options, LoadedJob& loa
                  .views = double(wire::views_of(spec))};
 }
 
-int run(const EstimateWishes& options, Interrupt& interrupt) {
+int run(const EstimateOptions& options, Interrupt& interrupt) {
   int exit_code = kDone;
   const ChoiceOptions choice{.threads = options.render.threads, .stop = [&] { return interrupt.token(); }};
   const std::unique_ptr<LoadedJob> loaded = load_job(options.render, exit_code, nullptr, &choice);
@@ -208,7 +208,7 @@ int run(const EstimateWishes& options, Interrupt& interrupt) {
 }  // namespace
 
 void add_estimate_command(CommandLine& line) {
-  auto options = std::make_shared<EstimateWishes>();
+  auto options = std::make_shared<EstimateOptions>();
   Command command = line.add_command("estimate", "Say what a job will cost, before it is rendered");
   command.add("SCENE", options->render.scene, "the scene, as of render").required();
   command.add("--price", options->price, "of a core-hour, in any currency: the cost in it").in_range(0, 1e9);

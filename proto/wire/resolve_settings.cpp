@@ -46,8 +46,8 @@ void copy_by_name(const Message& from, Message& to) {
 
 }  // namespace
 
-void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
-  v1::RenderSettings settings = wishes;
+void resolve_settings(const v1::RenderSettings& asked, v1::JobSpec& job) {
+  v1::RenderSettings settings = asked;
   fill_in_usual(settings);
   settings.set_max_depth(std::min(settings.max_depth(), kMaxDepth));
   if (settings.reconstruction() == v1::RECONSTRUCTION_AUTO)
@@ -55,19 +55,19 @@ void resolve_settings(const v1::RenderSettings& wishes, v1::JobSpec& job) {
   if (settings.path_sharing() == v1::PATH_SHARING_AUTO) settings.set_path_sharing(v1::PATH_SHARING_OFF);
   v1::Algorithms& algorithms = *job.mutable_content()->mutable_algorithms();
   copy_by_name(settings, algorithms);
-  resolve_own_settings(wishes, algorithms);
+  resolve_own_settings(asked, algorithms);
   copy_by_name(settings, *job.mutable_view());
   copy_by_name(settings, *job.mutable_samples());
   *job.mutable_view()->mutable_layers() = settings.layers();
   job.mutable_view()->set_sample_bits(sample_bits_of(job));
 }
 
-void resolve_own_settings(const v1::RenderSettings& wishes, v1::Algorithms& algorithms) {
+void resolve_own_settings(const v1::RenderSettings& asked, v1::Algorithms& algorithms) {
   const FieldDescriptor* const own = own_settings(*algorithms.GetDescriptor(), algorithms.integrator());
   if (own == nullptr) return;
   Message& settings = *algorithms.GetReflection()->MutableMessage(&algorithms, own);
-  const FieldDescriptor* const asked = wishes.GetDescriptor()->FindFieldByName(own->name());
-  settings.CopyFrom(wishes.GetReflection()->GetMessage(wishes, asked));
+  const FieldDescriptor* const field = asked.GetDescriptor()->FindFieldByName(own->name());
+  settings.CopyFrom(asked.GetReflection()->GetMessage(asked, field));
   fill_in_usual(settings);
 }
 

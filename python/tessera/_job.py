@@ -59,11 +59,11 @@ def _is_set(message: Message, field: FieldDescriptor) -> bool:
     return bool(message.HasField(field.name) if field.has_presence else getattr(message, field.name))
 
 
-def _resolved(wishes: settings_pb2.RenderSettings) -> settings_pb2.RenderSettings:
-    """The settings that every integrator has, with the usual values where `wishes` says nothing
+def _resolved(asked: settings_pb2.RenderSettings) -> settings_pb2.RenderSettings:
+    """The settings that every integrator has, with the usual values where `asked` says nothing
     (proto/wire/settings.h)."""
     settings = settings_pb2.RenderSettings()
-    settings.CopyFrom(wishes)
+    settings.CopyFrom(asked)
     for field in settings.DESCRIPTOR.fields:
         if field.message_type or _is_set(settings, field):
             continue
@@ -119,8 +119,8 @@ def make_spec(
 
     Warns, in the name of its caller's caller, where pixels would share light but for layers or the variance."""
     checked(scene.message)
-    wishes = scene.message.settings
-    integrator = wishes.integrator or "path"
+    asked = scene.message.settings
+    integrator = asked.integrator or "path"
     if integrator not in DIRECT:
         raise ValueError(f"integrator '{integrator}' is for the program: {', '.join(DIRECT)} were expected")
     film = scene.message.film
@@ -134,7 +134,7 @@ def make_spec(
         raise ValueError(f"there is no AOV '{unknown[0]}'; there are {', '.join(AOVS)}")
 
     spec = job_pb2.JobSpec()
-    settings = _resolved(wishes)
+    settings = _resolved(asked)
     for part in (spec.content.algorithms, spec.view, spec.samples):
         _copy_by_name(settings, part)
     view = spec.view
@@ -142,7 +142,7 @@ def make_spec(
     view.aovs.extend(sorted({AOVS[aov] for aov in aovs}))  # type: ignore[arg-type]
     if view.sampler == settings_pb2.SAMPLER_Z_SOBOL:
         view.sample_bits = (spec.samples.spp - 1).bit_length()
-    view.layers.extend(wishes.layers)
+    view.layers.extend(asked.layers)
     if settings.reconstruction == settings_pb2.RECONSTRUCTION_AUTO:
         gains = _gains_by_scattering(film.filter)
         view.reconstruction = (
@@ -150,7 +150,7 @@ def make_spec(
         )
     if settings.path_sharing == settings_pb2.PATH_SHARING_AUTO:
         can_share = integrator in ("path", "volpath")
-        cause = "layers" if wishes.layers else "the AOV variance" if "variance" in aovs else ""
+        cause = "layers" if asked.layers else "the AOV variance" if "variance" in aovs else ""
         if not can_share or cause:
             view.path_sharing = settings_pb2.PATH_SHARING_OFF
         if can_share and cause and view.max_depth >= 2:
@@ -167,7 +167,7 @@ def make_spec(
     spec.cut.crop.CopyFrom(job_pb2.PixelRect(x0=x0, y0=y0, x1=x1, y1=y1))
     spec.cut.tile_size = _BORDERED_TILE if _has_borders(view) else _TILE
     spec.cut.samples_per_unit = _samples_per_unit(spec)
-    if wishes.noise:
+    if asked.noise:
         parts = min(max((x1 - x0) * (y1 - y0) // _PILOT_PIXELS, 1), _MOST_PILOT_PARTS)
         spec.cut.phases.add(name="noise", parts=parts, merge_width=64)
 

@@ -13,8 +13,8 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "scheduler/audit_table.h"
-#include "scheduler/class_census.h"
 #include "scheduler/class_history.h"
+#include "scheduler/class_tally.h"
 #include "scheduler/farm_event.h"
 #include "scheduler/lease_table.h"
 #include "scheduler/scheduler_types.h"
@@ -78,8 +78,8 @@ struct FarmJob {
   std::uint32_t adopted = 0;  // results taken over
   std::string adopted_from;
   ClassHistory classes{request.bound_class};
-  // The class that it would be bound to, as of a revision of the census.
-  mutable std::uint64_t census_revision = 0;
+  // The class that it would be bound to, as of a revision of the tally.
+  mutable std::uint64_t class_tally_revision = 0;
   mutable std::string best_class;
   mutable std::optional<Time> settling_since;  // when a unit was first withheld for that choice
   std::optional<Time> forsaken_since;          // since when no worker of its class is there
@@ -120,7 +120,7 @@ struct FarmWorker {
   std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
   std::uint64_t leased_units = 0;
   bool isolated = false;  // holds a dangerous unit, and so nothing else
-  bool in_census = false;
+  bool is_tallied = false;
   std::uint32_t counted_threads = 1;  // as the worker claims, or as measured
   // Time in which it held leases, and of that what its results say that its threads worked.
   Time busy{0}, busy_until{0};
@@ -132,7 +132,7 @@ struct FarmState {
   static constexpr std::size_t kMaxListed = 64;  // set-aside units and notes kept for people
 
   explicit FarmState(const SchedulerOptions& scheduler_options)
-      : options(scheduler_options), turns(options.order), census(options.classes) {}
+      : options(scheduler_options), turns(options.order), class_tally(options.classes) {}
 
   /// A new event, for the caller to fill in.
   FarmEvent& record(FarmEvent::Kind kind, const std::string& job);
@@ -158,7 +158,7 @@ struct FarmState {
   UsualPace usual_pace;
   std::size_t results_since_pace_comparison = 0;
   std::map<std::string, std::set<std::string>> workers_by_identity;  // ids
-  ClassCensus census;
+  ClassTally class_tally;
   Time settled_at{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
   LeaseTable leases;
   std::vector<std::string> hosts_by_number;

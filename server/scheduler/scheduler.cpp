@@ -38,7 +38,7 @@ absl::Status Scheduler::register_worker(WorkerInfo info, Time now) {
   state_.workers_by_identity[identity].insert(id);
   FarmWorker& worker = state_.workers.at(id);
   worker.counted_threads = threads;
-  if (!state_.census.has(worker.info.classes)) state_.settled_at = now + state_.options.settle;
+  if (!state_.class_tally.has(worker.info.classes)) state_.settled_at = now + state_.options.settle;
   classes_.count(worker);
   return absl::OkStatus();
 }
@@ -97,7 +97,7 @@ void Scheduler::drop_worker(std::string_view id) {
   identity->second.erase(worker);
   if (identity->second.empty()) state_.workers_by_identity.erase(identity);
   state_.freeing.erase(worker);
-  if (found->second.in_census) state_.census.remove(found->second.info, found->second.counted_threads);
+  if (found->second.is_tallied) state_.class_tally.remove(found->second.info, found->second.counted_threads);
   state_.workers.erase(found);
   state_.results_since_pace_comparison =
       state_.workers.size();  // the next one is compared with those that are left

@@ -43,7 +43,7 @@ namespace tessera::server {
 /// (unit_failures.h);
 ///   a host on which that many units fail that fail nowhere else is taken out of that job for a while.
 /// - Arithmetic: a job is bound to one arithmetic class of the farm when its first units are given out
-///   (ClassCensus::best), or to none (JobRequest::any_class). Results are compared within a class only. A job
+///   (ClassTally::best), or to none (JobRequest::any_class). Results are compared within a class only. A job
 ///   whose class has died out is rendered anew in another one.
 /// - Trust: some units are rendered by a second host. Where two disagree, a third decides; the one who is
 ///   wrong is in quarantine from then on, and what it did for open jobs is done again. Where identities are

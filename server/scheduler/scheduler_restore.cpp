@@ -41,7 +41,7 @@ absl::Status Scheduler::restore(const FarmEvent& event) {
     return absl::OkStatus();
   }
   if (event.kind == Kind::kClassConfirmed) {
-    state_.census.confirm(event.text, event.host);
+    state_.class_tally.confirm(event.text, event.host);
     return absl::OkStatus();
   }
   const absl::StatusOr<FarmJob*> found = find_job(event.job);

@@ -126,11 +126,11 @@ std::string scene_bytes(const JobSettings& request, const Resolution& picture, c
 
 /// Whether samples go into several pixels, where that is left to the program, or asked of several
 /// integrators.
-absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstruction wish,
+absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstruction asked,
                                     const v1::PixelFilter& filter, v1::JobSpec& spec) {
-  if (wish == v1::RECONSTRUCTION_SAMPLE) return absl::OkStatus();
+  if (asked == v1::RECONSTRUCTION_SAMPLE) return absl::OkStatus();
   const bool can = wire::allows_scattering(spec).ok();
-  if (wish == v1::RECONSTRUCTION_SCATTER) {
+  if (asked == v1::RECONSTRUCTION_SCATTER) {
     if (!can && request.several_integrators)
       spec.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SAMPLE);
     return wire::check_scattering(filter);
@@ -142,11 +142,11 @@ absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstructi
 
 /// The same for pixels that share light. Who asks for their variance takes their noise to be independent.
 /// Warns where the picture would have shared but for what was asked for beside it.
-void resolve_sharing(const JobSettings& request, v1::PathSharing wish, v1::JobSpec& spec,
+void resolve_sharing(const JobSettings& request, v1::PathSharing asked, v1::JobSpec& spec,
                      std::vector<std::string>& warnings) {
-  if (wish == v1::PATH_SHARING_OFF) return;
+  if (asked == v1::PATH_SHARING_OFF) return;
   const bool can = wire::allows_sharing(spec).ok();
-  if (wish > v1::PATH_SHARING_OFF) {
+  if (asked > v1::PATH_SHARING_OFF) {
     if (!can && request.several_integrators) spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_OFF);
     return;
   }
@@ -275,9 +275,9 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   }
   absl::StatusOr<v1::PixelRect> crop = resolve_crop(request, film);
   if (!crop.ok()) return crop.status();
-  v1::RenderSettings wishes = scene.settings();
-  wishes.MergeFrom(request.settings);
-  wire::resolve_settings(wishes, spec);
+  v1::RenderSettings asked = scene.settings();
+  asked.MergeFrom(request.settings);
+  wire::resolve_settings(asked, spec);
   if (auto s = resolve_layers(request, scene, *spec.mutable_view()); !s.ok()) return s;
   const std::string& integrator = spec.content().algorithms().integrator();
   if (absl::Status status = wire::check_algorithm_name(integrator); !status.ok()) return status;
@@ -288,10 +288,10 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
 
   for (const v1::AOV aov : aovs_of(request)) spec.mutable_view()->add_aovs(aov);
   if (absl::Status status =
-          resolve_reconstruction(request, wishes.reconstruction(), filter_of(request, scene), spec);
+          resolve_reconstruction(request, asked.reconstruction(), filter_of(request, scene), spec);
       !status.ok())
     return blamed(status, request, imported);
-  resolve_sharing(request, wishes.path_sharing(), spec, job->warnings);
+  resolve_sharing(request, asked.path_sharing(), spec, job->warnings);
   resolve_glass_shadows(request, *spec.mutable_content()->mutable_algorithms());
 
   v1::JobSpec::View& view = *spec.mutable_view();

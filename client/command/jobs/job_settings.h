@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "command/jobs/layer_wishes.h"
+#include "command/jobs/layer_request.h"
 #include "denoise/denoise.h"
 #include "import/input/imported_scene.h"
 #include "tessera/v1/camera.pb.h"
@@ -35,7 +35,7 @@ struct JobSettings {
   std::optional<std::uint32_t> tile_size;
   std::vector<v1::AOV> aovs;
   std::optional<DenoiseMethod> denoise;  // how the picture is denoised, once it is rendered
-  LayerWishes layers;
+  LayerRequest layers;
   std::string isa;
   // On the farm.
   std::string user;

@@ -168,7 +168,7 @@ bool Checks::withholds(const FarmWorker& worker, const FarmJob& job) const {
   if (standing.confirmations() > 0 || static_cast<double>(standing.unconfirmed()) < allowance(job))
     return false;
   const std::string* const own = classes_.class_for(worker, job);
-  return own != nullptr && !state_.census.is_confirmed(*own, identity) && is_asked(job, standing);
+  return own != nullptr && !state_.class_tally.is_confirmed(*own, identity) && is_asked(job, standing);
 }
 
 void Checks::review(FarmJob& job, Time now) {

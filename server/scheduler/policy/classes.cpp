@@ -10,17 +10,17 @@ namespace tessera::server {
 
 void Classes::count(FarmWorker& worker) {
   const bool counts = !worker.draining && trust_.trusts(worker.info.host);
-  if (worker.in_census == counts) return;
-  worker.in_census = counts;
-  counts ? state_.census.add(worker.info, worker.counted_threads)
-         : state_.census.remove(worker.info, worker.counted_threads);
+  if (worker.is_tallied == counts) return;
+  worker.is_tallied = counts;
+  counts ? state_.class_tally.add(worker.info, worker.counted_threads)
+         : state_.class_tally.remove(worker.info, worker.counted_threads);
 }
 
 void Classes::count_threads(FarmWorker& worker, std::uint32_t threads) {
   if (worker.counted_threads == threads) return;
-  if (worker.in_census) {
-    state_.census.remove(worker.info, worker.counted_threads);
-    state_.census.add(worker.info, threads);
+  if (worker.is_tallied) {
+    state_.class_tally.remove(worker.info, worker.counted_threads);
+    state_.class_tally.add(worker.info, threads);
   }
   state_.total_threads += threads;
   state_.total_threads -= worker.counted_threads;
@@ -29,7 +29,7 @@ void Classes::count_threads(FarmWorker& worker, std::uint32_t threads) {
 
 void Classes::confirm(const std::string& name, const std::string& identity, const std::string& other) {
   for (const std::string& confirmed : {identity, other}) {
-    if (!state_.census.confirm(name, confirmed)) continue;
+    if (!state_.class_tally.confirm(name, confirmed)) continue;
     FarmEvent& event = state_.record(FarmEvent::Kind::kClassConfirmed, "");
     event.host = confirmed;
     event.text = name;
@@ -39,8 +39,8 @@ void Classes::confirm(const std::string& name, const std::string& identity, cons
 bool Classes::is_forsaken(const FarmJob& job) const {
   const std::string& bound = job.classes.bound();
   if (job.request.any_class || !wire::is_whole_class(bound)) return false;
-  if (state_.census.offers(bound, job.request.required_tags)) return false;
-  return !state_.census
+  if (state_.class_tally.offers(bound, job.request.required_tags)) return false;
+  return !state_.class_tally
               .best({.isa = job.request.isa,
                      .tags = job.request.required_tags,
                      .max_workers = job.request.max_workers})
@@ -49,7 +49,7 @@ bool Classes::is_forsaken(const FarmJob& job) const {
 
 void Classes::unbind(FarmJob& job) {
   job.classes.bind("");
-  job.census_revision = 0;
+  job.class_tally_revision = 0;
   job.settling_since.reset();
   state_.record(FarmEvent::Kind::kBound, job.request.id);
 }
@@ -57,7 +57,7 @@ void Classes::unbind(FarmJob& job) {
 bool Classes::has_class(const std::string& name) const {
   return std::any_of(state_.workers.begin(), state_.workers.end(), [&](const auto& entry) {
     const std::vector<std::string>& classes = entry.second.info.classes;
-    return entry.second.in_census && std::find(classes.begin(), classes.end(), name) != classes.end();
+    return entry.second.is_tallied && std::find(classes.begin(), classes.end(), name) != classes.end();
   });
 }
 
@@ -67,11 +67,12 @@ const std::string& Classes::class_of(const FarmJob& job) const {
   const std::string& bound = job.classes.bound();
   // A journal from before classes knows the ISA alone: any class of it will do.
   if (wire::is_whole_class(bound)) return bound;
-  if (job.census_revision != state_.census.revision()) {
-    job.census_revision = state_.census.revision();
-    job.best_class = state_.census.best({.isa = bound.empty() ? std::string_view(job.request.isa) : bound,
-                                         .tags = job.request.required_tags,
-                                         .max_workers = job.request.max_workers});
+  if (job.class_tally_revision != state_.class_tally.revision()) {
+    job.class_tally_revision = state_.class_tally.revision();
+    job.best_class =
+        state_.class_tally.best({.isa = bound.empty() ? std::string_view(job.request.isa) : bound,
+                                 .tags = job.request.required_tags,
+                                 .max_workers = job.request.max_workers});
   }
   return job.best_class;
 }
@@ -128,7 +129,7 @@ std::string Classes::left_out(const FarmJob& job) const {
   const bool by_class = wire::is_whole_class(bound);
   const std::string_view isa = bound.empty() ? std::string_view(job.request.isa) : wire::isa_of(bound);
   const auto groups =
-      state_.census.without(by_class ? bound : "", {.isa = isa, .tags = job.request.required_tags});
+      state_.class_tally.without(by_class ? bound : "", {.isa = isa, .tags = job.request.required_tags});
   std::string text;
   for (const auto& [name, group] : groups) {
     absl::StrAppend(&text, text.empty() ? "" : ", ", group.workers,

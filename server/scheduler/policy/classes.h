@@ -16,7 +16,7 @@ class Classes {
 
   Classes(FarmState& state, const Trust& trust) : state_(state), trust_(trust) {}
 
-  /// Takes the worker into the census while it may be given units, and out of it otherwise.
+  /// Takes the worker into the tally while it may be given units, and out of it otherwise.
   void count(FarmWorker& worker);
   /// Whether a worker that may be given units computes in this class.
   bool has_class(const std::string& name) const;

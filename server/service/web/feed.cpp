@@ -65,7 +65,7 @@ void Feed::stop() {
   listeners_.clear();
 }
 
-absl::StatusOr<std::shared_ptr<EventStream>> Feed::open(const Visitor& who, FeedWish wish) {
+absl::StatusOr<std::shared_ptr<EventStream>> Feed::open(const Visitor& who, FeedRequest asked) {
   const std::lock_guard lock(mutex_);
   if (stop_) return absl::UnavailableError("the coordinator is shutting down");
   std::erase_if(listeners_, [](const auto& listener) { return listener->stream->closed(); });
@@ -80,7 +80,7 @@ absl::StatusOr<std::shared_ptr<EventStream>> Feed::open(const Visitor& who, Feed
   auto listener = std::make_shared<Listener>();
   listener->stream = std::make_shared<EventStream>();
   listener->who = who;
-  listener->wish = std::move(wish);
+  listener->asked = std::move(asked);
   listeners_.push_back(listener);
   news_ = true;
   wake_.notify_all();
@@ -108,7 +108,7 @@ std::string Feed::key_of(const Caller& who) const {
 bool Feed::follow_pictures(const std::vector<std::shared_ptr<Listener>>& listeners) {
   std::vector<std::shared_ptr<ShownPicture>> pictures;
   for (const auto& listener : listeners) {
-    const auto& picture = listener->wish.picture;
+    const auto& picture = listener->asked.picture;
     if (picture != nullptr && std::ranges::find(pictures, picture) == pictures.end())
       pictures.push_back(picture);
   }
@@ -171,14 +171,14 @@ void Feed::tell(Listener& listener, View& view) {
   }
   if (const Board::News news = view.jobs.since(listener.jobs); !news.empty()) push_rows(stream, "jobs", news);
   listener.jobs = view.jobs.version();
-  if (listener.wish.workers) {
+  if (listener.asked.workers) {
     at_leisure(view.workers_due, [&] { look_at_workers(who, view); });
     if (const Board::News news = view.workers.since(listener.workers); !news.empty())
       push_rows(stream, "workers", news);
     listener.workers = view.workers.version();
   }
-  if (listener.wish.log) tell_lines(listener, view);
-  if (listener.wish.picture != nullptr) tell_picture(listener);
+  if (listener.asked.log) tell_lines(listener, view);
+  if (listener.asked.picture != nullptr) tell_picture(listener);
 }
 
 void Feed::tell_lines(Listener& listener, View& view) {
@@ -199,7 +199,7 @@ void Feed::tell_lines(Listener& listener, View& view) {
 }
 
 void Feed::tell_picture(Listener& listener) {
-  ShownPicture& picture = *listener.wish.picture;
+  ShownPicture& picture = *listener.asked.picture;
   const ShownPicture::News news = picture.since(listener.picture_generation, listener.picture_changes);
   Json event = Json::object();
   if (news.all || news.areas.size() > kMostAreasAnEvent) {

@@ -23,7 +23,7 @@
 namespace tessera::server {
 
 /// The news that a page wants to hear.
-struct FeedWish {
+struct FeedRequest {
   bool workers = false, log = false;                // news of these, besides jobs
   std::shared_ptr<ShownPicture> picture = nullptr;  // changes of this picture, too; null: none
 };
@@ -50,14 +50,14 @@ class Feed {
   ~Feed();
 
   /// ResourceExhausted when there are too many.
-  absl::StatusOr<std::shared_ptr<EventStream>> open(const Visitor& who, FeedWish wish);
+  absl::StatusOr<std::shared_ptr<EventStream>> open(const Visitor& who, FeedRequest asked);
   void stop();
 
  private:
   struct Listener {
     std::shared_ptr<EventStream> stream;
     Visitor who;
-    FeedWish wish;
+    FeedRequest asked;
     std::uint64_t jobs = 0, workers = 0, lines = 0;  // versions that it knows
     std::uint64_t picture_generation = 0, picture_changes = 0;
     std::string in_work;

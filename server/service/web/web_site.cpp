@@ -260,14 +260,14 @@ HttpAnswer WebSite::read(const HttpRequest& request, const Visitor& who) {
 }
 
 HttpAnswer WebSite::events(const HttpRequest& request, const Visitor& who) {
-  FeedWish wish{.workers = request.query.contains("workers"), .log = request.query.contains("log")};
+  FeedRequest asked{.workers = request.query.contains("workers"), .log = request.query.contains("log")};
   if (const std::string job = request.parameter("job"); !job.empty()) {
     if (absl::Status s = rights_.check(who.caller, request.peer, job); !s.ok()) return refusal(s);
     absl::StatusOr<std::shared_ptr<ShownPicture>> picture = pictures_.open(job, request.parameter("layer"));
     if (!picture.ok()) return refusal(picture.status());
-    wish.picture = *std::move(picture);
+    asked.picture = *std::move(picture);
   }
-  absl::StatusOr<std::shared_ptr<EventStream>> stream = feed_.open(who, std::move(wish));
+  absl::StatusOr<std::shared_ptr<EventStream>> stream = feed_.open(who, std::move(asked));
   if (!stream.ok()) return refusal(stream.status());
   return {.type = "text/event-stream",
           .body = {},

@@ -1,5 +1,5 @@
 // The user's configuration file: read, and changed by `tessera config set`.
-#include "command/desk/config_file.h"
+#include "command/setup/config_file.h"
 #include "fuzz/target.h"
 
 namespace tessera::fuzz {

@@ -18,9 +18,9 @@ namespace {
 
 v1::JobSpec resolve(const v1::Scene& scene, const SceneJob& job) {
   v1::JobSpec spec;
-  v1::RenderSettings wishes = scene.settings();
-  wishes.MergeFrom(job.settings);
-  wire::resolve_settings(wishes, spec);
+  v1::RenderSettings asked = scene.settings();
+  asked.MergeFrom(job.settings);
+  wire::resolve_settings(asked, spec);
   // Left to the client in all else.
   if (job.settings.path_sharing() == v1::PATH_SHARING_AUTO)
     spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_AUTO);

@@ -14,7 +14,7 @@
 
 namespace tessera::test {
 
-/// Wishes of a test over those of the scene.
+/// What a test asks for, over what the scene does.
 struct SceneJob {
   v1::RenderSettings settings;
   std::uint32_t width = 0, height = 0;  // pixels; 0: the scene's

@@ -1,4 +1,4 @@
-#include "command/desk/config_file.h"
+#include "command/setup/config_file.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

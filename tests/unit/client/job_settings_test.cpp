@@ -100,7 +100,7 @@ TEST(JobSettings, IntegratorsAreRefusedWhatTheyCannotDo) {
   EXPECT_EQ(prepare_job({}, wrong, "").status().code(), absl::StatusCode::kInvalidArgument);
 }
 
-TEST(JobSettings, TheScenesWishesHoldUnlessOverridden) {
+TEST(JobSettings, WhatTheSceneAsksForHoldsUnlessOverridden) {
   ImportedScene scene = scene_of(640, 480);
   scene.scene.mutable_settings()->set_spp(100);
   scene.scene.mutable_settings()->set_max_depth(0);
@@ -109,7 +109,7 @@ TEST(JobSettings, TheScenesWishesHoldUnlessOverridden) {
   const auto held = prepare_job({}, scene, "");
   ASSERT_TRUE(held.ok());
   EXPECT_EQ((*held)->spec.samples().spp(), 100U);
-  EXPECT_EQ((*held)->spec.view().max_depth(), 0U) << "0 is a wish too";
+  EXPECT_EQ((*held)->spec.view().max_depth(), 0U) << "0 is asked for, too";
   EXPECT_EQ((*held)->spec.view().seed(), 7U);
   EXPECT_EQ((*held)->spec.view().sampler(), v1::SAMPLER_INDEPENDENT);
 
@@ -362,7 +362,7 @@ TEST(JobSettings, WarnsWherePixelsDoNotShareLightForWhatIsAskedForBesideThePictu
   EXPECT_THAT(warnings(request), IsEmpty());
 }
 
-TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
+TEST(JobSettings, IrradianceCachesHaveDefaultsAndWhatTheSceneAsksFor) {
   ImportedScene scene = scene_of(64, 64);
   scene.scene.mutable_settings()->set_integrator("irradiance-cache");
   scene.scene.mutable_settings()->mutable_irradiance_cache()->set_samples(256);
@@ -376,7 +376,7 @@ TEST(JobSettings, IrradianceCachesHaveDefaultsAndTheScenesWishes) {
   EXPECT_EQ(cache.most_reach(), 32);
   EXPECT_EQ(cache.glossy_bands(), 8u);
   EXPECT_EQ((*job)->spec.cut().phases_size(), 2);
-  // Another integrator has no use for the scene's wishes, and they change nothing for it.
+  // Another integrator has no use for what the scene asks for, and it changes nothing for it.
   request.settings.clear_irradiance_cache();
   request.settings.set_integrator("path");
   const auto other = prepare_job(request, scene, "");
@@ -449,7 +449,7 @@ TEST(JobSettings, OptionsOfOneIntegratorAreRefusedWithAnother) {
   check("guided", [](Settings& own) { own.mutable_guided()->set_samples(2); });
 }
 
-TEST(JobSettings, AnOptionOfZeroIsNoScenesWish) {
+TEST(JobSettings, AnOptionOfZeroIsAskedFor) {
   ImportedScene scene = scene_of(64, 64);
   scene.scene.mutable_settings()->mutable_ao()->set_distance(3);
   JobSettings request;

@@ -90,17 +90,17 @@ TEST(Settings, EachReachesTheJobAndIsCheckedThere) {
   for (const SettingField& each : settings()) {
     const std::string value = another_value(each);
     if (value.empty()) continue;
-    v1::RenderSettings wishes;
+    v1::RenderSettings asked;
     const std::string integrator = each.name.substr(0, each.name.find('.'));
-    if (each.group != nullptr) wishes.set_integrator(integrator);
-    ASSERT_EQ(set_setting(each, value, wishes), absl::OkStatus()) << each.name;
+    if (each.group != nullptr) asked.set_integrator(integrator);
+    ASSERT_EQ(set_setting(each, value, asked), absl::OkStatus()) << each.name;
     v1::JobSpec job, usual;
-    resolve_settings(wishes, job);
+    resolve_settings(asked, job);
     const Message* const part = part_with(job, each);
     ASSERT_NE(part, nullptr) << each.name;
-    const Message& asked = each.group == nullptr ? static_cast<const Message&>(wishes)
-                                                 : wishes.GetReflection()->GetMessage(wishes, each.group);
-    EXPECT_EQ(text_in(*part, each.field->name()), text_in(asked, each.field->name())) << each.name;
+    const Message& set = each.group == nullptr ? static_cast<const Message&>(asked)
+                                               : asked.GetReflection()->GetMessage(asked, each.group);
+    EXPECT_EQ(text_in(*part, each.field->name()), text_in(set, each.field->name())) << each.name;
     if (each.field->cpp_type() != FieldDescriptor::CPPTYPE_DOUBLE || !each.traits().has_most()) continue;
     Message& changed = const_cast<Message&>(*part);  // a part of `job`
     changed.GetReflection()->SetDouble(&changed, changed.GetDescriptor()->FindFieldByName(each.field->name()),
@@ -156,9 +156,9 @@ TEST(Settings, SettingsOfOneAlgorithmAreNoOthers) {
 
 TEST(Settings, AJobWithoutAValueThatItsAlgorithmNeedsIsRefused) {
   v1::JobSpec job;
-  v1::RenderSettings wishes;
-  wishes.set_integrator("mlt");
-  resolve_settings(wishes, job);
+  v1::RenderSettings asked;
+  asked.set_integrator("mlt");
+  resolve_settings(asked, job);
   EXPECT_EQ(check_settings(job), absl::OkStatus());
   job.mutable_content()->mutable_algorithms()->mutable_mlt()->clear_mutations();
   EXPECT_THAT(std::string(check_settings(job).message()), HasSubstr("does not say what mlt.mutations is"));

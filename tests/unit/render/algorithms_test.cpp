@@ -38,10 +38,10 @@ TEST(Algorithms, TheFirstIsTheDefault) {
 /// Whether each algorithm takes a job is what its traits say.
 TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
-    v1::RenderSettings wishes;
-    wishes.set_integrator(traits.name);
+    v1::RenderSettings asked;
+    asked.set_integrator(traits.name);
     v1::JobSpec job;
-    wire::resolve_settings(wishes, job);
+    wire::resolve_settings(asked, job);
     wire::add_phases(job);
     EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name;
     EXPECT_EQ(wire::works_in_passes(job), traits.work == wire::WorkKind::kPasses);
@@ -100,19 +100,19 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
 }
 
 TEST(Algorithms, EachHasItsOwnSettingsAlone) {
-  v1::RenderSettings wishes;
-  wishes.mutable_photon()->set_radius(0.5);
-  wishes.mutable_mlt()->set_mutations(5);
-  wishes.mutable_radiosity()->set_residual(0.5);
-  wishes.mutable_irradiance_cache()->set_error(0.5);
-  wishes.mutable_preview()->set_ambient(0.5);
-  wishes.mutable_ao()->set_distance(0.5);
-  wishes.mutable_guided()->set_samples(0.5);
+  v1::RenderSettings asked;
+  asked.mutable_photon()->set_radius(0.5);
+  asked.mutable_mlt()->set_mutations(5);
+  asked.mutable_radiosity()->set_residual(0.5);
+  asked.mutable_irradiance_cache()->set_error(0.5);
+  asked.mutable_preview()->set_ambient(0.5);
+  asked.mutable_ao()->set_distance(0.5);
+  asked.mutable_guided()->set_samples(0.5);
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
-    // A scene's wishes wait for an algorithm that has such settings; a job has its own alone.
+    // What a scene asks for waits for an algorithm that has such settings; a job has its own alone.
     v1::JobSpec job;
-    wishes.set_integrator(traits.name);
-    wire::resolve_settings(wishes, job);
+    asked.set_integrator(traits.name);
+    wire::resolve_settings(asked, job);
     wire::add_phases(job);
     EXPECT_TRUE(wire::check_settings(job).ok()) << traits.name << wire::check_settings(job);
     v1::Algorithms& algorithms = *job.mutable_content()->mutable_algorithms();
@@ -122,7 +122,7 @@ TEST(Algorithms, EachHasItsOwnSettingsAlone) {
     std::erase_if(present, [](const wire::FieldType* field) { return field->message_type() == nullptr; });
     EXPECT_EQ(present, own == nullptr ? std::vector<const wire::FieldType*>{} : std::vector{own})
         << traits.name;
-    EXPECT_FALSE(wire::check_owner(wishes, traits.name).ok()) << traits.name;
+    EXPECT_FALSE(wire::check_owner(asked, traits.name).ok()) << traits.name;
 
     if (own != nullptr) {
       v1::JobSpec without;
@@ -165,10 +165,10 @@ TEST(Algorithms, PhotonSettingsAreInRange) {
 TEST(Algorithms, MetropolisSettingsAreInRange) {
   using Settings = v1::MetropolisSettings;
   const auto fault = [](const auto& set) {
-    v1::RenderSettings wishes;
-    wishes.set_integrator("mlt");
+    v1::RenderSettings asked;
+    asked.set_integrator("mlt");
     v1::JobSpec job;
-    wire::resolve_settings(wishes, job);
+    wire::resolve_settings(asked, job);
     set(*job.mutable_content()->mutable_algorithms()->mutable_mlt());
     return std::string(wire::check_settings(job).message());
   };

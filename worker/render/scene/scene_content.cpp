@@ -202,7 +202,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   clear_hints(relevant);
   relevant.clear_film();
   relevant.clear_views();
-  relevant.clear_settings();  // wishes: what holds is in the job
+  relevant.clear_settings();  // only asked for: what holds is in the job
   v1::Camera& camera = *relevant.mutable_camera();
   camera.clear_kind();
   camera.clear_screen_window();

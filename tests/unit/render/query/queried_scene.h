@@ -33,10 +33,10 @@ inline absl::StatusOr<std::unique_ptr<const QueryScene>> load(const std::string&
   EXPECT_TRUE(
       google::protobuf::TextFormat::ParseFromString(absl::StrCat("render_origin { } ", text), &scene));
   scene.mutable_camera()->mutable_perspective()->set_fov_degrees(40);
-  v1::RenderSettings wishes;
-  wishes.set_integrator("volpath");
+  v1::RenderSettings asked;
+  asked.set_integrator("volpath");
   v1::JobSpec spec;
-  wire::resolve_settings(wishes, spec);
+  wire::resolve_settings(asked, spec);
   spec.mutable_view()->set_width(16);
   spec.mutable_view()->set_height(16);
   const auto source = [&](const std::string& digest) -> absl::StatusOr<render::BlobBytes> {

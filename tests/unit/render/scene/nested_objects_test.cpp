@@ -38,10 +38,11 @@ std::string chain(int objects, int width = 1) {
 }
 
 absl::StatusOr<NestingPlan> plan(const std::string& objects, std::vector<int> placed,
-                                 v1::Nesting wish = v1::NESTING_UNSPECIFIED, const std::string& wants = "") {
+                                 v1::Nesting asked = v1::NESTING_UNSPECIFIED, const std::string& wants = "") {
   const GraphOf of(objects);
   if (!of.graph.ok()) return of.graph.status();
-  return plan_nesting(*of.graph, std::vector<std::uint64_t>(of.scene.objects_size(), 1), placed, wish, wants);
+  return plan_nesting(*of.graph, std::vector<std::uint64_t>(of.scene.objects_size(), 1), placed, asked,
+                      wants);
 }
 
 TEST(ObjectGraph, SortsObjectsBehindThoseThatTheyHold) {

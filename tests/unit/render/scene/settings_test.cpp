@@ -63,15 +63,15 @@ TEST(ReadSettings, EveryAcceleratorButEmbreesIsAStructure) {
 /// A worker keeps scenes and a coordinator results under the digest of a job's content.
 TEST(ReadSettings, JobsOfBeforeThereWereAcceleratorsKeepTheirDigests) {
   v1::JobSpec absent, named, other;
-  v1::RenderSettings wishes;
-  wire::resolve_settings(wishes, absent);
-  wishes.set_accelerator(v1::ACCELERATOR_EMBREE);
-  wishes.set_nesting(v1::NESTING_AUTO);
-  wire::resolve_settings(wishes, named);
+  v1::RenderSettings asked;
+  wire::resolve_settings(asked, absent);
+  asked.set_accelerator(v1::ACCELERATOR_EMBREE);
+  asked.set_nesting(v1::NESTING_AUTO);
+  wire::resolve_settings(asked, named);
   EXPECT_EQ(absent.SerializeAsString(), named.SerializeAsString());
-  wishes.set_accelerator(v1::ACCELERATOR_GRID);
-  wishes.set_nesting(v1::NESTING_KEPT);
-  wire::resolve_settings(wishes, other);
+  asked.set_accelerator(v1::ACCELERATOR_GRID);
+  asked.set_nesting(v1::NESTING_KEPT);
+  wire::resolve_settings(asked, other);
   EXPECT_EQ(other.content().algorithms().nesting(), v1::NESTING_KEPT);
   EXPECT_EQ(other.content().algorithms().accelerator(), v1::ACCELERATOR_GRID);
 }

@@ -5,8 +5,8 @@
 #include <memory>
 #include <string>
 
-#include "scheduler/class_census.h"
 #include "scheduler/class_history.h"
+#include "scheduler/class_tally.h"
 #include "scheduler/scheduler.h"
 
 namespace tessera::server {
@@ -99,21 +99,21 @@ TEST(Classes, OfOneHostMayChange) {
 }
 
 TEST(Classes, OfEquallyManyThreadsTheOneIsTakenThatItsWorkersLikeBest) {
-  ClassCensus census;
+  ClassTally class_tally;
   const std::vector<std::string> tags;
-  EXPECT_EQ(census.best({.isa = "", .tags = tags}), "");
+  EXPECT_EQ(class_tally.best({.isa = "", .tags = tags}), "");
   const WorkerInfo both = worker_of("both", {"avx512/e/a", "avx2/e/a"}, 8);
-  census.add(both, both.threads);
-  census.add(both, both.threads);
-  EXPECT_EQ(census.best({.isa = "", .tags = tags}), "avx512/e/a");
-  EXPECT_EQ(census.best({.isa = "avx2", .tags = tags}), "avx2/e/a");
+  class_tally.add(both, both.threads);
+  class_tally.add(both, both.threads);
+  EXPECT_EQ(class_tally.best({.isa = "", .tags = tags}), "avx512/e/a");
+  EXPECT_EQ(class_tally.best({.isa = "avx2", .tags = tags}), "avx2/e/a");
   const WorkerInfo old = worker_of("old", {"avx2/e/a"}, 1);
-  census.add(old, old.threads);
-  EXPECT_EQ(census.best({.isa = "", .tags = tags}), "avx2/e/a");
-  EXPECT_EQ(census.best({.isa = "", .tags = tags, .max_workers = 2}), "avx2/e/a")
+  class_tally.add(old, old.threads);
+  EXPECT_EQ(class_tally.best({.isa = "", .tags = tags}), "avx2/e/a");
+  EXPECT_EQ(class_tally.best({.isa = "", .tags = tags, .max_workers = 2}), "avx2/e/a")
       << "as long as nobody is confirmed, it is identities that count, however few workers are needed";
-  census.remove(old, old.threads);
-  EXPECT_EQ(census.best({.isa = "", .tags = tags}), "avx512/e/a");
+  class_tally.remove(old, old.threads);
+  EXPECT_EQ(class_tally.best({.isa = "", .tags = tags}), "avx512/e/a");
 }
 
 }  // namespace

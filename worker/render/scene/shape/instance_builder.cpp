@@ -32,7 +32,8 @@ Transform point_reflection() {
 
 }  // namespace
 
-absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, const std::string& wants_flat) {
+absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting asked,
+                                    const std::string& wants_flat) {
   scene_ = &scene;
   if (auto s = read_all_instances(); !s.ok()) return s;
   const Shapes& shapes = scene.shapes();
@@ -60,7 +61,7 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting wish, co
   if (!graph.ok()) return graph.status();
   if (auto s = append_held(scene, object_names_, "", placed_); !s.ok()) return s;
   if (auto s = check_flattened(*graph, half_spaces, placed_, "half-spaces of objects"); !s.ok()) return s;
-  auto plan = plan_nesting(*graph, own_parts, placed_, wish, wants_flat);
+  auto plan = plan_nesting(*graph, own_parts, placed_, asked, wants_flat);
   if (!plan.ok()) return plan.status();
   note_ = std::move(plan->note);
   uses_ = std::move(plan->uses);

@@ -36,9 +36,9 @@ class InstanceBuilder {
         stop_(std::move(stop)) {}
 
   /// All shapes of the scene's world, objects and instances, which fill the table; it outlives the builder.
-  /// InvalidArgument names the element. `wish` and `wants_flat`: plan_nesting(). Throws Stopped once a stop
+  /// InvalidArgument names the element. `asked` and `wants_flat`: plan_nesting(). Throws Stopped once a stop
   /// is requested.
-  absl::Status build(const v1::Scene& scene, v1::Nesting wish = v1::NESTING_UNSPECIFIED,
+  absl::Status build(const v1::Scene& scene, v1::Nesting asked = v1::NESTING_UNSPECIFIED,
                      const std::string& wants_flat = "");
 
   /// Note on what was made of objects within objects, and why; empty where there are none.

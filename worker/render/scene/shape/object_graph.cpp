@@ -149,7 +149,7 @@ std::string wants_flat(const wire::AlgorithmTraits& algorithm) {
 }
 
 absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,
-                                         const std::vector<int>& placed, v1::Nesting wish,
+                                         const std::vector<int>& placed, v1::Nesting asked,
                                          const std::string& wants_flat) {
   NestingPlan plan{.kept = std::vector<bool>(own.size()), .uses = std::vector<std::uint64_t>(own.size())};
   const auto at = [](int object) { return static_cast<std::size_t>(object); };
@@ -159,7 +159,7 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
     if (uses[at(*holder)] == 0) continue;
     for (const int held : graph.held_by(*holder)) ++uses[at(held)];
   }
-  const bool may_keep = wants_flat.empty() && wish != v1::NESTING_FLATTENED;
+  const bool may_keep = wants_flat.empty() && asked != v1::NESTING_FLATTENED;
   if (graph.depth() == 1) {
     std::uint64_t all = 0;
     for (const int object : placed) all = sum(all, own[at(object)]);
@@ -180,8 +180,8 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
   if (all_places >= kUncounted)
     return absl::InvalidArgumentError("instances of objects within objects: 2^62 places or more");
 
-  const bool flatten = !wants_flat.empty() || wish == v1::NESTING_FLATTENED ||
-                       (wish != v1::NESTING_KEPT && all <= kMostFlattened);
+  const bool flatten = !wants_flat.empty() || asked == v1::NESTING_FLATTENED ||
+                       (asked != v1::NESTING_KEPT && all <= kMostFlattened);
   if (flatten && all > kMostEverFlattened) {
     return absl::InvalidArgumentError(
         absl::StrCat(wants_flat.empty() ? std::string("nesting 'flattened'") : wants_flat,
@@ -189,16 +189,16 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
                      kMostEverFlattened));
   }
   if (flatten) {
-    const char* const why = !wants_flat.empty()             ? "as the integrator wants it"
-                            : wish == v1::NESTING_FLATTENED ? "as asked"
-                                                            : "for there is room";
+    const char* const why = !wants_flat.empty()              ? "as the integrator wants it"
+                            : asked == v1::NESTING_FLATTENED ? "as asked"
+                                                             : "for there is room";
     plan.note = absl::StrCat("objects within objects, ", graph.depth(), " deep, are flattened, ", why, ": ",
                              all, " instances");
     return plan;
   }
   // Small objects that are used seldom are still flattened, those at the bottom first: a level saved for few
   // instances, as long as there is room.
-  std::uint64_t room = wish == v1::NESTING_KEPT ? 0 : kMostFlattened;
+  std::uint64_t room = asked == v1::NESTING_KEPT ? 0 : kMostFlattened;
   std::vector<std::uint64_t> parts = own;
   std::size_t kept = 0;
   std::uint64_t in_world = 0;
@@ -216,8 +216,8 @@ absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::ve
   plan.note = absl::StrCat(
       plan.world_kept ? absl::StrCat(note_on_world(in_world), "; ") : "", "objects within objects, ",
       graph.depth(), " deep: ", kept, " of them are kept as levels, ",
-      wish == v1::NESTING_KEPT ? std::string("as asked")
-                               : absl::StrCat("for flattened there were more than ", kMostFlattened),
+      asked == v1::NESTING_KEPT ? std::string("as asked")
+                                : absl::StrCat("for flattened there were more than ", kMostFlattened),
       ": ", in_words(all), " instances");
   return plan;
 }

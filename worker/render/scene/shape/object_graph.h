@@ -100,7 +100,7 @@ std::string wants_flat(const wire::AlgorithmTraits& algorithm);
 /// instance in the world. InvalidArgument where a scene that has to be flattened would have too many
 /// instances, or there are more than 2^62 places; `wants_flat` names what cannot do with others, or is empty.
 absl::StatusOr<NestingPlan> plan_nesting(const ObjectGraph& graph, const std::vector<std::uint64_t>& own,
-                                         const std::vector<int>& placed, v1::Nesting wish,
+                                         const std::vector<int>& placed, v1::Nesting asked,
                                          const std::string& wants_flat);
 
 }  // namespace tessera::render

@@ -7,9 +7,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "command/command.h"
-#include "command/desk/config_file.h"
-#include "command/desk/findings.h"
 #include "command/exit_code.h"
+#include "command/setup/config_file.h"
+#include "command/setup/findings.h"
 #include "wire/version.h"
 
 namespace tessera::client {

@@ -1,4 +1,4 @@
-#include "command/jobs/layer_wishes.h"
+#include "command/jobs/layer_request.h"
 
 #include <algorithm>
 #include <charconv>
@@ -131,16 +131,16 @@ absl::Status add_light_layers(const v1::Scene& scene, std::vector<layers::Layer>
 
 }  // namespace
 
-absl::StatusOr<bool> take_layer_word(const std::string& word, LayerWishes& wishes) {
+absl::StatusOr<bool> take_layer_word(const std::string& word, LayerRequest& asked) {
   const std::pair<const char*, bool*> plain_words[] = {
-      {"lights", &wishes.lights},
-      {"emission", &wishes.emission},
-      {"shadow", &wishes.shadow},
-      {"strategies", &wishes.strategies},
-      {"unweighted-strategies", &wishes.unweighted_strategies}};
-  for (const auto& [name, wish] : plain_words) {
+      {"lights", &asked.lights},
+      {"emission", &asked.emission},
+      {"shadow", &asked.shadow},
+      {"strategies", &asked.strategies},
+      {"unweighted-strategies", &asked.unweighted_strategies}};
+  for (const auto& [name, asked] : plain_words) {
     if (word != name) continue;
-    *wish = true;
+    *asked = true;
     return true;
   }
   if (!word.starts_with("bounce")) return false;
@@ -149,34 +149,34 @@ absl::StatusOr<bool> take_layer_word(const std::string& word, LayerWishes& wishe
   const auto first = bounce_of(std::string_view(word).substr(0, dots)),
              last = dots == std::string::npos ? first : bounce_of(std::string_view(word).substr(dots + 2));
   if (first && last && *first == 0 && *last > 0 && *last <= kMost) {
-    wishes.bounces = *last;
+    asked.bounces = *last;
     return true;
   }
   return absl::InvalidArgumentError(absl::StrCat(
       "'", word, "' is no range of bounces; bounce0..bounceN with N from 1 to ", kMost, " was expected"));
 }
 
-absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerWishes& wishes, const v1::Scene& scene,
+absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerRequest& asked, const v1::Scene& scene,
                                                          std::uint32_t max_depth) {
   std::vector<layers::Layer> layers;
-  if (wishes.layers) {
-    layers = *wishes.layers;
+  if (asked.layers) {
+    layers = *asked.layers;
   } else {
     for (const v1::Layer& layer : scene.settings().layers())
       layers.push_back({layer.name(), layer.expression()});
   }
   if (auto s = check_layer_names(layers, scene); !s.ok()) return s;
-  if (wishes.bounces) add_bounce_layers(*wishes.bounces, layers);
-  if (wishes.lights) {
+  if (asked.bounces) add_bounce_layers(*asked.bounces, layers);
+  if (asked.lights) {
     if (auto s = add_light_layers(scene, layers); !s.ok()) return s;
   }
-  if (wishes.emission) layers.push_back({"emission", "LE"});
-  if (wishes.shadow) layers.push_back({"shadow", "shadow:L(D|G|V)S*E"});
-  if (wishes.strategies) {
+  if (asked.emission) layers.push_back({"emission", "LE"});
+  if (asked.shadow) layers.push_back({"shadow", "shadow:L(D|G|V)S*E"});
+  if (asked.strategies) {
     add_strategy_layers(max_depth, "", "", layers);
     if (max_depth > kMostEvents) layers.push_back({"longer", absl::StrCat("d", kMostEvents + 1, "+")});
   }
-  if (wishes.unweighted_strategies) add_strategy_layers(max_depth, "unweighted.", "unweighted ", layers);
+  if (asked.unweighted_strategies) add_strategy_layers(max_depth, "unweighted.", "unweighted ", layers);
   return layers;
 }
 

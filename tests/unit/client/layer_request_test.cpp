@@ -1,4 +1,4 @@
-#include "command/jobs/layer_wishes.h"
+#include "command/jobs/layer_request.h"
 
 #include <gmock/gmock.h>
 #include <google/protobuf/text_format.h>
@@ -38,63 +38,63 @@ std::vector<std::string> lines(const absl::StatusOr<std::vector<layers::Layer>>&
   return result;
 }
 
-LayerWishes wishes_of(const std::vector<std::string>& words) {
-  LayerWishes wishes;
+LayerRequest asked_of(const std::vector<std::string>& words) {
+  LayerRequest asked;
   for (const std::string& word : words) {
-    const auto taken = take_layer_word(word, wishes);
+    const auto taken = take_layer_word(word, asked);
     EXPECT_TRUE(taken.ok() && *taken) << word;
   }
-  return wishes;
+  return asked;
 }
 
-LayerWishes one_layer(const std::string& expression) {
-  LayerWishes wishes;
-  wishes.layers = std::vector<layers::Layer>{{"a", expression}};
-  return wishes;
+LayerRequest one_layer(const std::string& expression) {
+  LayerRequest asked;
+  asked.layers = std::vector<layers::Layer>{{"a", expression}};
+  return asked;
 }
 
 using Lines = std::vector<std::string>;
 
-TEST(LayerWishes, OptionsReplaceTheScenesLayers) {
+TEST(LayerRequest, OptionsReplaceTheScenesLayers) {
   EXPECT_EQ(lines(layers_of_job({}, scene_with_lights(), 5)), Lines{"own=LDE"});
   EXPECT_EQ(lines(layers_of_job(one_layer("LE"), scene_with_lights(), 5)), Lines{"a=LE"});
 }
 
-TEST(LayerWishes, TheLastBounceTakesTheRest) {
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"bounce0..bounce2", "emission"}), scene_with_lights(), 5)),
+TEST(LayerRequest, TheLastBounceTakesTheRest) {
+  EXPECT_EQ(lines(layers_of_job(asked_of({"bounce0..bounce2", "emission"}), scene_with_lights(), 5)),
             (Lines{"own=LDE", "bounce0=LE", "bounce1=L.{1}E", "bounce2=L.{2,}E", "emission=LE"}));
 }
 
-TEST(LayerWishes, LightsAreKnownByGroupOrName) {
+TEST(LayerRequest, LightsAreKnownByGroupOrName) {
   v1::Scene scene = scene_with_lights();
   scene.clear_settings();
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"lights"}), scene, 5)),
+  EXPECT_EQ(lines(layers_of_job(asked_of({"lights"}), scene, 5)),
             (Lines{"light.key=C.*<L.'key'>", "light.sky_s=C.*<L.\"sky's\">",
                    "light.rest=C.*<L.[^'key'\"sky's\"]>"}));
   scene.clear_shapes();
   scene.clear_lights();
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"lights"}), scene, 5)), Lines{"light.rest=C.*L"});
+  EXPECT_EQ(lines(layers_of_job(asked_of({"lights"}), scene, 5)), Lines{"light.rest=C.*L"});
   for (int i = 0; i < 32; ++i) scene.add_lights()->set_name("a" + std::to_string(i));
-  EXPECT_THAT(std::string(layers_of_job(wishes_of({"lights"}), scene, 5).status().message()),
+  EXPECT_THAT(std::string(layers_of_job(asked_of({"lights"}), scene, 5).status().message()),
               HasSubstr("32 names of lights; at most 31"));
 }
 
-TEST(LayerWishes, StrategiesAreThoseOfTheJobsPaths) {
+TEST(LayerRequest, StrategiesAreThoseOfTheJobsPaths) {
   v1::Scene scene = scene_with_lights();
   scene.clear_settings();
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"strategies"}), scene, 1)),
+  EXPECT_EQ(lines(layers_of_job(asked_of({"strategies"}), scene, 1)),
             (Lines{"s0t2=s0t2", "s0t3=s0t3", "s1t2=s1t2", "s2t1=s2t1"}));
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"unweighted-strategies", "shadow"}), scene, 1)),
+  EXPECT_EQ(lines(layers_of_job(asked_of({"unweighted-strategies", "shadow"}), scene, 1)),
             (Lines{"shadow=shadow:L(D|G|V)S*E", "unweighted.s0t2=unweighted s0t2",
                    "unweighted.s0t3=unweighted s0t3", "unweighted.s1t2=unweighted s1t2",
                    "unweighted.s2t1=unweighted s2t1"}));
-  EXPECT_EQ(lines(layers_of_job(wishes_of({"strategies"}), scene, 5)).size(), 26u);
-  const Lines longer = lines(layers_of_job(wishes_of({"strategies"}), scene, 6));
+  EXPECT_EQ(lines(layers_of_job(asked_of({"strategies"}), scene, 5)).size(), 26u);
+  const Lines longer = lines(layers_of_job(asked_of({"strategies"}), scene, 6));
   EXPECT_EQ(longer.size(), 27u);
   EXPECT_EQ(longer.back(), "longer=d6+");
 }
 
-TEST(LayerWishes, NamesMustBeThere) {
+TEST(LayerRequest, NamesMustBeThere) {
   const auto of = [](const char* expression) {
     return std::string(layers_of_job(one_layer(expression), scene_with_lights(), 5).status().message());
   };
@@ -104,23 +104,23 @@ TEST(LayerWishes, NamesMustBeThere) {
             "layers name 'treee', but nothing in the scene has this name; did you mean 'tree'?");
 }
 
-TEST(LayerWishes, OtherWordsAreNotTheirs) {
-  LayerWishes wishes;
-  EXPECT_FALSE(*take_layer_word("albedo", wishes));
+TEST(LayerRequest, OtherWordsAreNotTheirs) {
+  LayerRequest asked;
+  EXPECT_FALSE(*take_layer_word("albedo", asked));
   for (const char* wrong : {"bounce", "bounce1..bounce3", "bounce0", "bounce0..bounce32", "bounce0..3",
                             "bounce0..", "bounce0..bounce-1"}) {
-    EXPECT_THAT(std::string(take_layer_word(wrong, wishes).status().message()),
+    EXPECT_THAT(std::string(take_layer_word(wrong, asked).status().message()),
                 HasSubstr("bounce0..bounceN with N from 1 to 31 was expected"))
         << wrong;
   }
-  EXPECT_FALSE(wishes.any());
+  EXPECT_FALSE(asked.any());
 }
 
-TEST(LayerWishes, GoIntoTheJobAndAreCheckedThere) {
+TEST(LayerRequest, GoIntoTheJobAndAreCheckedThere) {
   ImportedScene imported;
   imported.scene = scene_with_lights();
   JobSettings request;
-  request.layers = wishes_of({"bounce0..bounce1"});
+  request.layers = asked_of({"bounce0..bounce1"});
   const auto job = prepare_job(request, imported, "");
   ASSERT_TRUE(job.ok()) << job.status();
   ASSERT_EQ((*job)->spec.view().layers_size(), 3);

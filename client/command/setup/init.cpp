@@ -5,9 +5,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "command/command.h"
-#include "command/desk/config_file.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/setup/config_file.h"
 #include "image/atomic_file.h"
 
 #include "first_scene.h"  // kFirstScene: scenes/first-light/scene.textproto

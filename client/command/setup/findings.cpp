@@ -1,4 +1,4 @@
-#include "command/desk/findings.h"
+#include "command/setup/findings.h"
 
 #include <sys/statvfs.h>
 

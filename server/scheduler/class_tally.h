@@ -21,7 +21,7 @@ bool has_tags(const WorkerInfo& worker, const std::vector<std::string>& required
 /// claim, and so are its threads: what counts is how many identities (identity.h) claim a class, and whether
 /// they have confirmed each other's results in it. Machines of one kind are counted together, so looking
 /// takes as long as there are kinds of machines, and identities where there are several classes.
-class ClassCensus {
+class ClassTally {
  public:
   /// Requirements of a job on its workers.
   struct Demand {
@@ -33,7 +33,7 @@ class ClassCensus {
   static constexpr std::size_t kMostConfirmedClasses = 256, kMostConfirmedIdentities = 16'384;
 
   /// `named`: classes that the operator vouches for.
-  explicit ClassCensus(const std::vector<std::string>& named = {}) : named_(named.begin(), named.end()) {}
+  explicit ClassTally(const std::vector<std::string>& named = {}) : named_(named.begin(), named.end()) {}
 
   void add(const WorkerInfo& worker, std::uint32_t threads);
   void remove(const WorkerInfo& worker, std::uint32_t threads);

@@ -1,4 +1,4 @@
-#include "scheduler/class_census.h"
+#include "scheduler/class_tally.h"
 
 #include <algorithm>
 
@@ -43,21 +43,21 @@ bool has_tags(const WorkerInfo& worker, const std::vector<std::string>& required
 }
 
 /// Workers that a class has to offer.
-struct ClassCensus::Offer {
+struct ClassTally::Offer {
   using Workers = std::vector<std::pair<std::uint32_t, std::uint64_t>>;  // threads of each, how many of them
   Workers workers, supporting;                                           // of any identity; of supporters
   std::uint64_t dislike = 0;  // threads, each times the place of the class among those of its worker
   absl::flat_hash_set<std::string_view> identities, supporters;
 };
 
-void ClassCensus::add(const WorkerInfo& worker, std::uint32_t threads) {
+void ClassTally::add(const WorkerInfo& worker, std::uint32_t threads) {
   Group& group = groups_[{worker.classes, worker.tags, threads}];
   ++group.workers;
   ++group.worker_count_by_identity[identity_of(worker.host)];
   ++revision_;
 }
 
-void ClassCensus::remove(const WorkerInfo& worker, std::uint32_t threads) {
+void ClassTally::remove(const WorkerInfo& worker, std::uint32_t threads) {
   const auto kind = groups_.find({worker.classes, worker.tags, threads});
   Group& group = kind->second;
   const auto identity = group.worker_count_by_identity.find(identity_of(worker.host));
@@ -66,7 +66,7 @@ void ClassCensus::remove(const WorkerInfo& worker, std::uint32_t threads) {
   ++revision_;
 }
 
-bool ClassCensus::confirm(const std::string& name, const std::string& identity) {
+bool ClassTally::confirm(const std::string& name, const std::string& identity) {
   if (!confirmed_.contains(name) && confirmed_.size() >= kMostConfirmedClasses) return false;
   std::set<std::string>& identities = confirmed_[name];
   if (identities.size() >= kMostConfirmedIdentities || !identities.insert(identity).second) return false;
@@ -74,24 +74,24 @@ bool ClassCensus::confirm(const std::string& name, const std::string& identity) 
   return true;
 }
 
-bool ClassCensus::is_confirmed(const std::string& name, const std::string& identity) const {
+bool ClassTally::is_confirmed(const std::string& name, const std::string& identity) const {
   const auto confirmed = confirmed_.find(name);
   return confirmed != confirmed_.end() && confirmed->second.contains(identity);
 }
 
-bool ClassCensus::has(const std::vector<std::string>& classes) const {
+bool ClassTally::has(const std::vector<std::string>& classes) const {
   const auto kind = groups_.lower_bound({classes, {}, 0});
   return kind != groups_.end() && std::get<0>(kind->first) == classes;
 }
 
-bool ClassCensus::offers(const std::string& name, const std::vector<std::string>& tags) const {
+bool ClassTally::offers(const std::string& name, const std::vector<std::string>& tags) const {
   return std::any_of(groups_.begin(), groups_.end(), [&](const auto& entry) {
     const auto& [classes, its_tags, threads] = entry.first;
     return std::find(classes.begin(), classes.end(), name) != classes.end() && contains_all(its_tags, tags);
   });
 }
 
-std::string ClassCensus::best(const Demand& demand) const {
+std::string ClassTally::best(const Demand& demand) const {
   if (answers_revision_ != revision_ || answers_.size() >= kMostAnswers) answers_.clear();
   answers_revision_ = revision_;
   const auto [answer, is_new] =
@@ -101,8 +101,8 @@ std::string ClassCensus::best(const Demand& demand) const {
 }
 
 /// Counts identities of one kind of machines, and those of them whose threads are believed.
-void ClassCensus::add_support(const std::string& name, const Group& group, std::uint32_t threads,
-                              Offer& offer) const {
+void ClassTally::add_support(const std::string& name, const Group& group, std::uint32_t threads,
+                             Offer& offer) const {
   const auto confirmed = confirmed_.find(name);
   const bool named = named_.contains(name);
   for (const auto& [identity, count] : group.worker_count_by_identity) {
@@ -113,7 +113,7 @@ void ClassCensus::add_support(const std::string& name, const Group& group, std::
   }
 }
 
-std::string ClassCensus::choose(const Demand& demand) const {
+std::string ClassTally::choose(const Demand& demand) const {
   std::map<std::string, Offer> offers;
   for (const auto& [kind, group] : groups_) {
     const auto& [classes, tags, threads] = kind;
@@ -143,8 +143,8 @@ std::string ClassCensus::choose(const Demand& demand) const {
   return best == offers.end() ? "" : best->first;
 }
 
-std::map<std::string, ClassCensus::LeftOut> ClassCensus::without(const std::string& needed,
-                                                                 const Demand& demand) const {
+std::map<std::string, ClassTally::LeftOut> ClassTally::without(const std::string& needed,
+                                                               const Demand& demand) const {
   std::map<std::string, LeftOut> left_out;
   for (const auto& [kind, machines] : groups_) {
     const auto& [classes, tags, threads] = kind;

@@ -14,7 +14,7 @@
 namespace tessera::client {
 
 /// Layers that --layers and --aov ask for; none: as the scene has it.
-struct LayerWishes {
+struct LayerRequest {
   std::optional<std::vector<layers::Layer>> layers;  // they take the place of the scene's
   std::optional<std::uint32_t> bounces;              // a layer for each number of events up to this one
   bool lights = false;                               // a layer for each light, or group of lights
@@ -31,13 +31,13 @@ struct LayerWishes {
 /// Takes a word of --aov that asks for layers: "emission", "lights", "shadow", "strategies",
 /// "unweighted-strategies", "bounce0..bounce3". False for other words; InvalidArgument for a range of bounces
 /// that is none.
-absl::StatusOr<bool> take_layer_word(const std::string& word, LayerWishes& wishes);
+absl::StatusOr<bool> take_layer_word(const std::string& word, LayerRequest& asked);
 
 /// The layers of a job whose paths have up to `max_depth` events: those that are asked for, or the scene's,
 /// then those of single bounces, of lights, of emission, of shadows and of strategies. InvalidArgument where
 /// an expression has a name that nothing in the scene has, or the scene has more lights than there may be
 /// layers.
-absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerWishes& wishes, const v1::Scene& scene,
+absl::StatusOr<std::vector<layers::Layer>> layers_of_job(const LayerRequest& asked, const v1::Scene& scene,
                                                          std::uint32_t max_depth);
 
 }  // namespace tessera::client
