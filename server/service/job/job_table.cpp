@@ -1,6 +1,7 @@
 #include "service/job/job_table.h"
 
 #include <google/protobuf/util/time_util.h>
+#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -10,9 +11,9 @@
 #include "scheduler/identity.h"
 #include "service/job/adoption.h"
 #include "service/job/journal_events.h"
-#include "service/job/old_spec.h"
 #include "wire/aov_channels.h"
 #include "wire/digest.h"
+#include "wire/enum_words.h"
 #include "wire/limits.h"
 #include "wire/unit_counts.h"
 
@@ -117,6 +118,18 @@ JobRequest request_of(const JobEntry& entry) {
           .max_workers = spec.farm().max_workers(),
           .any_class = spec.farm().bits() == v1::BITS_ANY,
           .after = {spec.farm().after().begin(), spec.farm().after().end()}};
+}
+
+/// Submissions are refused where they have fields that nobody knows; jobs that were taken must not keep a
+/// farm from starting.
+absl::StatusOr<v1::JobSpec> read_spec(const std::string& bytes) {
+  v1::JobSpec spec;
+  if (!spec.ParseFromString(bytes) || !spec.has_content())
+    return absl::InvalidArgumentError("its spec cannot be read");
+  if (const absl::Status known = wire::check_known(spec); !known.ok())
+    spdlog::warn("a job of another version: {}; it is left out", std::string{known.message()});
+  spec.DiscardUnknownFields();
+  return spec;
 }
 
 absl::StatusOr<JobEntry> entry_of(const JobRecord& record) {

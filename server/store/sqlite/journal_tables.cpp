@@ -7,10 +7,7 @@
 namespace tessera::server {
 namespace {
 
-// 2 added events and the columns `fetched` and `host`; 3 added `stats` and `stats_results`; 4 added logs
-// beside the tables (entry_log.h), and the column `ranges`; 5 added parts to JobSpec, and those of older
-// formats are read as they are (service/job/old_spec.h). Older formats are brought up to date when they are
-// opened.
+// Nothing reads others.
 constexpr int kFormatVersion = 5;
 
 constexpr char kSchema[] = R"(
@@ -26,7 +23,10 @@ constexpr char kSchema[] = R"(
     isa TEXT NOT NULL DEFAULT '',
     state INTEGER NOT NULL DEFAULT 0,
     error TEXT NOT NULL DEFAULT '',
-    finished_unix_ms INTEGER NOT NULL DEFAULT 0);
+    finished_unix_ms INTEGER NOT NULL DEFAULT 0,
+    fetched INTEGER NOT NULL DEFAULT 0,
+    stats BLOB NOT NULL DEFAULT x'',
+    stats_results INTEGER NOT NULL DEFAULT 0);
   CREATE TABLE IF NOT EXISTS results (
     job TEXT NOT NULL,
     sequence INTEGER NOT NULL,
@@ -34,6 +34,8 @@ constexpr char kSchema[] = R"(
     digest TEXT NOT NULL,
     end INTEGER NOT NULL,  -- of the payload within the job's result file
     stats BLOB NOT NULL,
+    host TEXT NOT NULL,
+    ranges INTEGER NOT NULL,
     PRIMARY KEY (job, sequence)) WITHOUT ROWID;
   CREATE TABLE IF NOT EXISTS events (
     number INTEGER PRIMARY KEY,
@@ -50,52 +52,17 @@ constexpr char kSchema[] = R"(
   ) WITHOUT ROWID;
 )";
 
-constexpr char kFromFormat1[] = R"(
-  ALTER TABLE jobs ADD COLUMN fetched INTEGER NOT NULL DEFAULT 0;
-  ALTER TABLE results ADD COLUMN host TEXT NOT NULL DEFAULT '';
-  UPDATE meta SET value = 2 WHERE key = 'format';
-)";
-
-constexpr char kFromFormat2[] = R"(
-  ALTER TABLE jobs ADD COLUMN stats BLOB NOT NULL DEFAULT x'';
-  ALTER TABLE jobs ADD COLUMN stats_results INTEGER NOT NULL DEFAULT 0;
-  UPDATE meta SET value = 3 WHERE key = 'format';
-)";
-
-// Jobs without a row in `logs` get their logs when the journal is opened (log_recovery.h).
-constexpr char kFromFormat3[] = R"(
-  ALTER TABLE results ADD COLUMN ranges INTEGER NOT NULL DEFAULT 1;
-  UPDATE meta SET value = 4 WHERE key = 'format';
-)";
-
-constexpr char kFromFormat4[] = "UPDATE meta SET value = 5 WHERE key = 'format'";
-
 }  // namespace
 
 absl::Status JournalTables::prepare(SQLite::Database& database) {
   database.exec(kSchema);
   SQLite::Transaction transaction(database);
-  database.exec("INSERT OR IGNORE INTO meta VALUES ('format', 1), ('epoch', 0), ('commit', 0)");
-  int format = database.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
-  if (format == 1) {
-    database.exec(kFromFormat1);
-    format = 2;
-  }
-  if (format == 2) {
-    database.exec(kFromFormat2);
-    format = 3;
-  }
-  if (format == 3) {
-    database.exec(kFromFormat3);
-    format = 4;
-  }
-  if (format == 4) {
-    database.exec(kFromFormat4);
-    format = kFormatVersion;
-  }
+  database.exec(absl::StrCat("INSERT OR IGNORE INTO meta VALUES ('format', ", kFormatVersion,
+                             "), ('epoch', 0), ('commit', 0)"));
+  const int format = database.execAndGet("SELECT value FROM meta WHERE key = 'format'").getInt();
   if (format != kFormatVersion) {
-    return absl::FailedPreconditionError(absl::StrCat("the journal has format ", format,
-                                                      "; this version knows formats 1 to ", kFormatVersion));
+    return absl::FailedPreconditionError(absl::StrCat(
+        "the journal has format ", format, "; this version knows format ", kFormatVersion, " alone"));
   }
   transaction.commit();
   return absl::OkStatus();
