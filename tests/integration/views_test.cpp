@@ -45,7 +45,7 @@ class Views : public testing::Test {
   /// The pixels of each view of a job that has written `picture.exr`.
   std::vector<std::string> hashes_of_views() const {
     std::vector<std::string> hashes;
-    for (const char* name : {"picture.v0.exr", "picture.v1.exr", "picture.v2.exr"}) {
+    for (const char* name : {"picture.exr", "picture.v1.exr", "picture.v2.exr"}) {
       hashes.push_back(pixel_sha256(image(name)));
       fs::remove(image(name));
     }
@@ -66,7 +66,7 @@ class Views : public testing::Test {
   const support::TempDir folder_;
 };
 
-/// Tiles that share light among pixels, passes over a whole film, and a phase before the picture.
+/// Tiles that share light among pixels, passes over a whole film, and samples that merge.
 TEST_F(Views, AreThePicturesOfTheirCameras) {
   for (const char* integrator : {"path", "light", "vcm"}) {
     const bool any_camera = std::string(integrator) == "path";
@@ -77,7 +77,6 @@ TEST_F(Views, AreThePicturesOfTheirCameras) {
     const support::Finished done =
         tessera(Arguments{"render"} + job + Arguments{"--threads", "3", "-o", image("picture.exr")});
     ASSERT_EQ(done.status.code, 0) << done.err;
-    EXPECT_FALSE(fs::exists(image("picture.exr")));
     EXPECT_EQ(hashes_of_views(), expected) << integrator;
   }
 }

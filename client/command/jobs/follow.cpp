@@ -340,7 +340,7 @@ std::uint64_t frame_memory(const ExrFormat& exr, std::uint64_t denoising) {
 }
 
 std::string output_of_view(const std::string& output, std::uint32_t view, std::uint32_t views) {
-  if (views < 2) return output;
+  if (view == 0) return output;
   const std::filesystem::path path = output;
   const std::string last = std::to_string(views - 1), number = std::to_string(view);
   const std::string name =
@@ -358,7 +358,8 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   const int ended = end_of(followed);
   int code = ended;
   const auto views = static_cast<std::uint32_t>(followed.images.size());
-  for (std::uint32_t view = 0; view < views; ++view) {
+  // The file that has the name itself comes last: where it is there, all are.
+  for (std::uint32_t view = views; view-- > 0;) {
     const int of_view = write_view(followed, spec, view, output_of_view(output, view, views), exr,
                                    /*is_done=*/ended == kDone);
     if (of_view == kIncomplete || (code == kDone && of_view != kDone)) code = of_view;

@@ -79,8 +79,8 @@ int report_end(const v1::JobStatus& status);
 /// and these are free.
 std::uint64_t frame_memory(const ExrFormat& exr, std::uint64_t denoising = 0);
 
-/// The file of a view's picture: `output`, of several views with the view's number before the extension,
-/// "scene.v07.exr".
+/// The file of a view's picture: `output` for view 0, and for others one with the view's number before the
+/// extension, "scene.v07.exr".
 std::string output_of_view(const std::string& output, std::uint32_t view, std::uint32_t views);
 
 /// Ends a command that followed a job: lists holes in the attribute "tessera.holes" of the images, says in
