@@ -96,7 +96,7 @@ void write_scene(Context& context) {
   if (context.diagnostics.has_errors()) return;
   const std::vector<Node> nodes = read_nodes(context, accessors);
   if (context.diagnostics.has_errors()) return;
-  TextureTable textures(context, buffers);
+  SceneTextures textures(context, buffers);
   MaterialTable materials(context, textures);
   const Extent extent = write_shapes(context, buffers, accessors, materials, nodes);
   if (context.diagnostics.has_errors()) return;

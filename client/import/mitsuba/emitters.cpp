@@ -24,7 +24,7 @@ v1::Spectrum emission(PropertyReader& reader, std::string_view name) {
   return rgb_spectrum(read_color(reader, name, 1, ColorUse::kEmission));
 }
 
-void write_point_light(PropertyReader& reader, TextureTable&, v1::Light& light) {
+void write_point_light(PropertyReader& reader, SceneTextures&, v1::Light& light) {
   if (reader.has("position") && reader.has("to_world")) {
     reader.error("emitter \"point\": \"position\" and \"to_world\" exclude each other");
   }
@@ -33,7 +33,7 @@ void write_point_light(PropertyReader& reader, TextureTable&, v1::Light& light) 
   *light.mutable_point()->mutable_intensity() = emission(reader, "intensity");
 }
 
-void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light) {
+void write_spot(PropertyReader& reader, SceneTextures& textures, v1::Light& light) {
   v1::SpotLight& spot = *light.mutable_spot();
   const Imath::M44d to_world = reader.transform("to_world");
   const Imath::V3d position = origin_of(to_world), axis = transformed_vector({0, 0, 1}, to_world);
@@ -58,7 +58,7 @@ void write_spot(PropertyReader& reader, TextureTable& textures, v1::Light& light
   }
 }
 
-void write_directional(PropertyReader& reader, TextureTable&, v1::Light& light) {
+void write_directional(PropertyReader& reader, SceneTextures&, v1::Light& light) {
   if (reader.has("direction") && reader.has("to_world")) {
     reader.error("emitter \"directional\": \"direction\" and \"to_world\" exclude each other");
   }
@@ -71,11 +71,11 @@ void write_directional(PropertyReader& reader, TextureTable&, v1::Light& light) 
   *light.mutable_distant()->mutable_irradiance() = emission(reader, "irradiance");
 }
 
-void write_constant(PropertyReader& reader, TextureTable&, v1::Light& light) {
+void write_constant(PropertyReader& reader, SceneTextures&, v1::Light& light) {
   *light.mutable_infinite()->mutable_radiance() = emission(reader, "radiance");
 }
 
-void write_environment(PropertyReader& reader, TextureTable&, v1::Light& light) {
+void write_environment(PropertyReader& reader, SceneTextures&, v1::Light& light) {
   v1::InfiniteLight& infinite = *light.mutable_infinite();
   infinite.set_mapping(v1::InfiniteLight::LATITUDE_LONGITUDE);
   const double scale = reader.number("scale", 1);
@@ -104,7 +104,7 @@ double aspect_of(Context& context, Object* texture) {
   return 1;
 }
 
-void write_projector(PropertyReader& reader, TextureTable& textures, v1::Light& light) {
+void write_projector(PropertyReader& reader, SceneTextures& textures, v1::Light& light) {
   v1::ProjectionLight& projector = *light.mutable_projection();
   projector.set_even_screen(true);
   write_matrix(reader.transform("to_world"), *projector.mutable_world_from_light());
@@ -141,7 +141,7 @@ double read_sampling_weight(PropertyReader& reader) {
 
 struct LightType {
   std::string_view name;
-  void (*write)(PropertyReader& reader, TextureTable& textures, v1::Light& light);
+  void (*write)(PropertyReader& reader, SceneTextures& textures, v1::Light& light);
 };
 
 constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot", write_spot},
@@ -150,7 +150,7 @@ constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot"
 
 }  // namespace
 
-void write_light(Context& context, TextureTable& textures, Object& emitter) {
+void write_light(Context& context, SceneTextures& textures, Object& emitter) {
   PropertyReader reader(context, emitter);
   const auto type = std::find_if(std::begin(kLightTypes), std::end(kLightTypes),
                                  [&](const LightType& known) { return known.name == emitter.type; });
@@ -174,7 +174,7 @@ void write_light(Context& context, TextureTable& textures, Object& emitter) {
   context.note(added, emitter);
 }
 
-void write_area_light(Context& context, TextureTable& textures, Object& emitter, bool may_have_normals,
+void write_area_light(Context& context, SceneTextures& textures, Object& emitter, bool may_have_normals,
                       v1::Shape& shape) {
   PropertyReader reader(context, emitter);
   if (emitter.type != "area") {

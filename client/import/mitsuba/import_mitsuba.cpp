@@ -13,7 +13,7 @@ namespace {
 
 /// Everything below <scene>, in the order of the file.
 void write_scene(Context& context) {
-  TextureTable textures(context);
+  SceneTextures textures(context);
   MaterialTable materials(context, textures);
   MediumTable media(context);
   ShapeWriter shapes(context, textures, materials, media);

@@ -151,7 +151,7 @@ class DirectiveHandler {
   void note_places();
 
   Context& context_;
-  TextureTable textures_;
+  SceneTextures textures_;
   MaterialTable materials_;
   GraphicsState state_;
   bool in_world_ = false;

@@ -12,7 +12,7 @@ namespace {
 
 struct LightInput {
   Context& context;
-  TextureTable& textures;
+  SceneTextures& textures;
   ParameterList& parameters;
   const Imath::M44d& world_from_light;
   double scale;  // of the result, so far
@@ -55,7 +55,7 @@ std::optional<LightImage> decode(Context& context, ParameterList& parameters, co
 }
 
 /// The texture of an image on a light; `filter` is pbrt-v4's for its kind. Its name, or "" after an error.
-std::string light_texture(Context& context, TextureTable& textures, ParameterList& parameters,
+std::string light_texture(Context& context, SceneTextures& textures, ParameterList& parameters,
                           const std::string& file, v1::ImageTexture::Filter filter) {
   absl::StatusOr<v1::BlobRef> blob = context.blobs.add_file(context.resolve(file), file);
   if (!blob.ok()) {
@@ -252,7 +252,7 @@ constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot"
 
 }  // namespace
 
-void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
+void add_light(Context& context, SceneTextures& textures, const std::string& type, ParameterList& parameters,
                const Imath::M44d& world_from_light) {
   for (const LightType& known : kLightTypes) {
     if (known.name != type) continue;
@@ -278,7 +278,7 @@ void add_light(Context& context, TextureTable& textures, const std::string& type
                                    "\": expected point, spot, distant, infinite, goniometric or projection"));
 }
 
-std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures,
+std::optional<AreaLightInput> read_area_light(Context& context, SceneTextures& textures,
                                               const std::string& type, ParameterList& parameters) {
   if (type != "diffuse") {
     context.diagnostics.error(parameters.where(),

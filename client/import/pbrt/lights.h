@@ -8,7 +8,7 @@
 namespace tessera::client::pbrt {
 
 /// Adds a light of `type` ("distant", "infinite", "point", "spot", "projection", "goniometric") to the scene.
-void add_light(Context& context, TextureTable& textures, const std::string& type, ParameterList& parameters,
+void add_light(Context& context, SceneTextures& textures, const std::string& type, ParameterList& parameters,
                const Imath::M44d& world_from_light);
 
 /// A diffuse emitter, before it is bound to a shape.
@@ -20,7 +20,7 @@ struct AreaLightInput {
 };
 
 /// Nothing after an error.
-std::optional<AreaLightInput> read_area_light(Context& context, TextureTable& textures,
+std::optional<AreaLightInput> read_area_light(Context& context, SceneTextures& textures,
                                               const std::string& type, ParameterList& parameters);
 
 }  // namespace tessera::client::pbrt

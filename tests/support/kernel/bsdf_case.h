@@ -15,7 +15,7 @@
 #include "render/bsdf/tables/balance_table.h"
 #include "render/bsdf/tables/coat_table.h"
 #include "render/bsdf/tables/film_table.h"
-#include "render/bsdf/tables/layer_table.h"
+#include "render/bsdf/tables/gltf_layer_table.h"
 #include "render/bsdf/tables/plastic_table.h"
 
 namespace tessera::test {

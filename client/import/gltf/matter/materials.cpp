@@ -62,7 +62,7 @@ int MaterialTable::texture_set(std::optional<std::size_t> material) const {
 /// Writes one material.
 struct MaterialTable::Writer {
   Context& context;
-  TextureTable& textures;
+  SceneTextures& textures;
   const Vertices& vertices;
   int set;
   std::string name;

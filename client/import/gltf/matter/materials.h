@@ -32,7 +32,7 @@ struct Matter {
 
 class MaterialTable {
  public:
-  MaterialTable(Context& context, TextureTable& textures) : context_(context), textures_(textures) {}
+  MaterialTable(Context& context, SceneTextures& textures) : context_(context), textures_(textures) {}
 
   /// The set of texture coordinates that most of its textures ask for, first of all its base colour.
   int texture_set(std::optional<std::size_t> material) const;
@@ -46,7 +46,7 @@ class MaterialTable {
   Matter write(std::optional<std::size_t> material, const Vertices& vertices);
 
   Context& context_;
-  TextureTable& textures_;
+  SceneTextures& textures_;
   std::map<Key, Matter> known_;
   UniqueNames names_;
 };

@@ -46,7 +46,7 @@ int TextureUse::set() const {
   return static_cast<int>(transform == nullptr ? own : integer_of(transform, "texCoord", own));
 }
 
-std::optional<std::size_t> TextureTable::image_of(const TextureUse& use) {
+std::optional<std::size_t> SceneTextures::image_of(const TextureUse& use) {
   const std::size_t index = *index_of(use.info, "index");
   const Json* texture = element(&context_.document, "textures", index);
   const std::string place = below("/textures", index);
@@ -65,7 +65,7 @@ std::optional<std::size_t> TextureTable::image_of(const TextureUse& use) {
   return std::nullopt;
 }
 
-std::optional<TextureTable::Source> TextureTable::read_source(std::size_t image) {
+std::optional<SceneTextures::Source> SceneTextures::read_source(std::size_t image) {
   const Json* json = element(&context_.document, "images", image);
   const std::string place = below("/images", image);
   const Json* uri = member(json, "uri");
@@ -109,13 +109,13 @@ std::optional<TextureTable::Source> TextureTable::read_source(std::size_t image)
   return source;
 }
 
-const TextureTable::Source* TextureTable::source(std::size_t image) {
+const SceneTextures::Source* SceneTextures::source(std::size_t image) {
   const auto [entry, is_new] = sources_.try_emplace(image);
   if (is_new) entry->second = read_source(image);
   return entry->second ? &*entry->second : nullptr;
 }
 
-std::optional<v1::ImageTexture> TextureTable::image(const TextureUse& use, bool is_color, Channel channel) {
+std::optional<v1::ImageTexture> SceneTextures::image(const TextureUse& use, bool is_color, Channel channel) {
   const std::optional<std::size_t> index = image_of(use);
   const Source* found = index ? source(*index) : nullptr;
   if (found == nullptr) return std::nullopt;
@@ -136,9 +136,9 @@ std::optional<v1::ImageTexture> TextureTable::image(const TextureUse& use, bool 
   return result;
 }
 
-std::optional<v1::ImageTexture> TextureTable::changed_image(const TextureUse& use, const std::string& what,
-                                                            bool grey, void (*change)(float (&)[4], double),
-                                                            double parameter) {
+std::optional<v1::ImageTexture> SceneTextures::changed_image(const TextureUse& use, const std::string& what,
+                                                             bool grey, void (*change)(float (&)[4], double),
+                                                             double parameter) {
   std::optional<v1::ImageTexture> result = image(use, false);
   if (!result) return std::nullopt;
   const Source& from = *source(*image_of(use));
@@ -177,7 +177,7 @@ std::optional<v1::ImageTexture> TextureTable::changed_image(const TextureUse& us
   return result;
 }
 
-std::string TextureTable::add(v1::Texture texture, const std::string& hint) {
+std::string SceneTextures::add(v1::Texture texture, const std::string& hint) {
   const auto [known, is_new] = name_of_message_.try_emplace(texture.SerializeAsString());
   if (!is_new) return known->second;
   const std::string name = names_.unique(hint);
@@ -186,21 +186,21 @@ std::string TextureTable::add(v1::Texture texture, const std::string& hint) {
   return known->second = name;
 }
 
-std::string TextureTable::add(const v1::ImageTexture& image, const std::string& hint) {
+std::string SceneTextures::add(const v1::ImageTexture& image, const std::string& hint) {
   v1::Texture texture;
   *texture.mutable_image() = image;
   return add(std::move(texture), hint);
 }
 
-std::string TextureTable::add_product(const v1::SpectrumValue& a, const v1::SpectrumValue& b) {
+std::string SceneTextures::add_product(const v1::SpectrumValue& a, const v1::SpectrumValue& b) {
   v1::Texture texture;
   *texture.mutable_scale()->mutable_value() = a;
   *texture.mutable_scale()->mutable_factor() = b;
   return add(std::move(texture), "product");
 }
 
-std::string TextureTable::add_mix(const v1::SpectrumValue& a, const v1::SpectrumValue& b,
-                                  const std::string& amount) {
+std::string SceneTextures::add_mix(const v1::SpectrumValue& a, const v1::SpectrumValue& b,
+                                   const std::string& amount) {
   v1::Texture texture;
   *texture.mutable_mix()->mutable_a() = a;
   *texture.mutable_mix()->mutable_b() = b;
@@ -208,7 +208,7 @@ std::string TextureTable::add_mix(const v1::SpectrumValue& a, const v1::Spectrum
   return add(std::move(texture), "mix");
 }
 
-std::string TextureTable::add_attribute(const std::string& attribute) {
+std::string SceneTextures::add_attribute(const std::string& attribute) {
   v1::Texture texture;
   texture.mutable_mesh_attribute()->set_attribute(attribute);
   return add(std::move(texture), attribute);

@@ -23,9 +23,9 @@ struct TextureUse {
   int set() const;
 };
 
-class TextureTable {
+class SceneTextures {
  public:
-  TextureTable(Context& context, BufferTable& buffers) : context_(context), buffers_(buffers) {}
+  SceneTextures(Context& context, BufferTable& buffers) : context_(context), buffers_(buffers) {}
 
   using Channel = v1::ImageTexture::Channel;
 

@@ -12,7 +12,7 @@ namespace tessera::client::mitsuba {
 namespace {
 
 /// A colour that only matters when it is given.
-void write_tint(PropertyReader& reader, TextureTable& textures, std::string_view name,
+void write_tint(PropertyReader& reader, SceneTextures& textures, std::string_view name,
                 v1::SpectrumValue* tint) {
   *tint = textures.color(reader, name, 1, ColorUse::kReflectance);
 }
@@ -33,7 +33,7 @@ void write_distribution(PropertyReader& reader, v1::Roughness& roughness) {
   reader.ignore({"sample_visible"});
 }
 
-void write_roughness(PropertyReader& reader, TextureTable& textures, v1::Roughness& roughness) {
+void write_roughness(PropertyReader& reader, SceneTextures& textures, v1::Roughness& roughness) {
   write_distribution(reader, roughness);
   const bool anisotropic = reader.has("alpha_u") || reader.has("alpha_v");
   if (anisotropic && (!reader.has("alpha_u") || !reader.has("alpha_v") || reader.has("alpha"))) {
@@ -43,12 +43,12 @@ void write_roughness(PropertyReader& reader, TextureTable& textures, v1::Roughne
   *roughness.mutable_v() = anisotropic ? textures.scalar(reader, "alpha_v", 0.1) : roughness.u();
 }
 
-void write_diffuse(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_diffuse(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   *material.mutable_diffuse()->mutable_reflectance() =
       textures.color(reader, "reflectance", 0.5, ColorUse::kReflectance);
 }
 
-void write_smooth_dielectric(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_smooth_dielectric(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::DielectricMaterial& dielectric = *material.mutable_dielectric();
   *dielectric.mutable_eta() = constant_spectrum(read_relative_ior(reader, "bk7"));
   if (reader.has("specular_reflectance")) {
@@ -59,12 +59,12 @@ void write_smooth_dielectric(PropertyReader& reader, TextureTable& textures, v1:
   }
 }
 
-void write_rough_dielectric(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_rough_dielectric(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   write_smooth_dielectric(reader, textures, material);
   write_roughness(reader, textures, *material.mutable_dielectric()->mutable_roughness());
 }
 
-void write_thin_dielectric(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_thin_dielectric(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::ThinDielectricMaterial& thin = *material.mutable_thin_dielectric();
   *thin.mutable_eta() = constant_spectrum(read_relative_ior(reader, "bk7"));
   thin.set_passes_straight(true);
@@ -88,7 +88,7 @@ std::optional<MetalColor> metal_color(const std::string& metal) {
   return color;
 }
 
-void write_conductor(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_conductor(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::ConductorMaterial& conductor = *material.mutable_conductor();
   const std::string metal = reader.text("material", "none");
   if (metal == "none") {
@@ -114,12 +114,12 @@ void write_conductor(PropertyReader& reader, TextureTable& textures, v1::Materia
   }
 }
 
-void write_rough_conductor(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_rough_conductor(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   write_conductor(reader, textures, material);
   write_roughness(reader, textures, *material.mutable_conductor()->mutable_roughness());
 }
 
-void write_plastic(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_plastic(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::PlasticMaterial& plastic = *material.mutable_plastic();
   *plastic.mutable_reflectance() = textures.color(reader, "diffuse_reflectance", 0.5, ColorUse::kReflectance);
   *plastic.mutable_eta() = constant_spectrum(read_relative_ior(reader, "polypropylene"));
@@ -129,7 +129,7 @@ void write_plastic(PropertyReader& reader, TextureTable& textures, v1::Material&
   }
 }
 
-void write_rough_plastic(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_rough_plastic(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   write_plastic(reader, textures, material);
   v1::Roughness& roughness = *material.mutable_plastic()->mutable_roughness();
   write_distribution(reader, roughness);
@@ -139,7 +139,7 @@ void write_rough_plastic(PropertyReader& reader, TextureTable& textures, v1::Mat
 }
 
 /// Writes "phong", which Mitsuba 0.6 has; names and defaults are that version's.
-void write_phong(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_phong(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::PhongMaterial& phong = *material.mutable_phong();
   *phong.mutable_diffuse() = textures.color(reader, "diffuse_reflectance", 0.5, ColorUse::kReflectance);
   *phong.mutable_specular() = textures.color(reader, "specular_reflectance", 0.2, ColorUse::kReflectance);
@@ -147,7 +147,7 @@ void write_phong(PropertyReader& reader, TextureTable& textures, v1::Material& m
 }
 
 /// Writes what "principled" and "principledthin" have in common.
-void write_burley(PropertyReader& reader, TextureTable& textures, v1::PrincipledMaterial& principled) {
+void write_burley(PropertyReader& reader, SceneTextures& textures, v1::PrincipledMaterial& principled) {
   *principled.mutable_base_color() = textures.color(reader, "base_color", 0.5, ColorUse::kReflectance);
   const auto write = [&](std::string_view name, double fallback, v1::FloatValue* value) {
     *value = textures.scalar(reader, name, fallback);
@@ -164,7 +164,7 @@ void write_burley(PropertyReader& reader, TextureTable& textures, v1::Principled
                  "spec_trans_sampling_rate", "diff_trans_sampling_rate"});
 }
 
-void write_principled(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_principled(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::PrincipledMaterial& principled = *material.mutable_principled();
   write_burley(reader, textures, principled);
   *principled.mutable_metallic() = textures.scalar(reader, "metallic", 0);
@@ -185,7 +185,7 @@ void write_principled(PropertyReader& reader, TextureTable& textures, v1::Materi
   }
 }
 
-void write_principled_thin(PropertyReader& reader, TextureTable& textures, v1::Material& material) {
+void write_principled_thin(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
   v1::PrincipledMaterial& principled = *material.mutable_principled();
   write_burley(reader, textures, principled);
   principled.set_thin(true);
@@ -193,7 +193,7 @@ void write_principled_thin(PropertyReader& reader, TextureTable& textures, v1::M
   *principled.mutable_diff_trans() = textures.scalar(reader, "diff_trans", 0);
 }
 
-void write_null(PropertyReader&, TextureTable&, v1::Material& material) { material.mutable_interface(); }
+void write_null(PropertyReader&, SceneTextures&, v1::Material& material) { material.mutable_interface(); }
 
 constexpr BsdfType kBsdfTypes[] = {{"diffuse", write_diffuse},
                                    {"dielectric", write_smooth_dielectric, true},

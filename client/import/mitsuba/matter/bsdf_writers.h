@@ -10,7 +10,7 @@ namespace tessera::client::mitsuba {
 
 struct BsdfType {
   std::string_view name;
-  void (*write)(PropertyReader& reader, TextureTable& textures, v1::Material& material);
+  void (*write)(PropertyReader& reader, SceneTextures& textures, v1::Material& material);
   bool transmits = false;  // both sides have the same right to light
 };
 

@@ -12,7 +12,7 @@ namespace tessera::client::mitsuba {
 
 class MaterialTable {
  public:
-  MaterialTable(Context& context, TextureTable& textures) : context_(context), textures_(textures) {}
+  MaterialTable(Context& context, SceneTextures& textures) : context_(context), textures_(textures) {}
 
   /// The name in the scene of a BSDF.
   std::string use(Object& bsdf) { return use(bsdf, Wrapping{}); }
@@ -39,7 +39,7 @@ class MaterialTable {
   std::string use_only_child(PropertyReader& reader, const Wrapping& wrapping);
 
   Context& context_;
-  TextureTable& textures_;
+  SceneTextures& textures_;
   std::map<Key, std::string> names_;
   bool too_many_names_ = false;  // true once it was reported
   std::set<std::string> taken_;

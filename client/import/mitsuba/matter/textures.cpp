@@ -40,8 +40,8 @@ v1::SpectrumValue constant_value(const v1::Spectrum& spectrum) {
 
 }  // namespace
 
-v1::SpectrumValue TextureTable::color(PropertyReader& reader, std::string_view name, double fallback,
-                                      ColorUse use) {
+v1::SpectrumValue SceneTextures::color(PropertyReader& reader, std::string_view name, double fallback,
+                                       ColorUse use) {
   const Property* property = reader.find(name);
   if (property == nullptr) return constant_value(rgb_spectrum({fallback, fallback, fallback}));
   if (const auto color = read_constant_color(reader, *property, use))
@@ -56,7 +56,7 @@ v1::SpectrumValue TextureTable::color(PropertyReader& reader, std::string_view n
   return value;
 }
 
-v1::FloatValue TextureTable::scalar(PropertyReader& reader, std::string_view name, double fallback) {
+v1::FloatValue SceneTextures::scalar(PropertyReader& reader, std::string_view name, double fallback) {
   v1::FloatValue value;
   value.set_constant(static_cast<float>(fallback));
   const Property* property = reader.find(name);
@@ -74,7 +74,7 @@ v1::FloatValue TextureTable::scalar(PropertyReader& reader, std::string_view nam
   return value;
 }
 
-std::string TextureTable::use(Object& texture, TextureRole role) {
+std::string SceneTextures::use(Object& texture, TextureRole role) {
   const auto known = names_.find({&texture, role});
   if (known != names_.end()) return known->second;
   const std::string name = Context::unique_name(texture, texture.type, taken_);
@@ -89,7 +89,7 @@ std::string TextureTable::use(Object& texture, TextureRole role) {
   return name;
 }
 
-std::string TextureTable::add_product(const v1::SpectrumValue& value, const v1::SpectrumValue& factor) {
+std::string SceneTextures::add_product(const v1::SpectrumValue& value, const v1::SpectrumValue& factor) {
   v1::Texture& message = *context_.scene.add_textures();
   std::string name = "product";
   for (int i = 2; !taken_.insert(name).second; ++i) name = concat("product-", i);
@@ -99,7 +99,7 @@ std::string TextureTable::add_product(const v1::SpectrumValue& value, const v1::
   return name;
 }
 
-void TextureTable::set_normal_map(PropertyReader& owner, const Property& property, v1::Material& material) {
+void SceneTextures::set_normal_map(PropertyReader& owner, const Property& property, v1::Material& material) {
   Object& texture = *std::get<Object*>(property.value);
   if (const auto color = read_constant_color(owner, property, ColorUse::kUnbounded)) {
     v1::Texture& message = *context_.scene.add_textures();
@@ -120,7 +120,7 @@ void TextureTable::set_normal_map(PropertyReader& owner, const Property& propert
   image.set_encoding(v1::ImageTexture::LINEAR);
 }
 
-void TextureTable::write(PropertyReader& reader, TextureRole role, v1::Texture& message) {
+void SceneTextures::write(PropertyReader& reader, TextureRole role, v1::Texture& message) {
   const std::string& type = reader.object().type;
   if (type == "bitmap") {
     write_image(reader, *message.mutable_image());
@@ -143,7 +143,7 @@ void TextureTable::write(PropertyReader& reader, TextureRole role, v1::Texture& 
   }
 }
 
-void TextureTable::write_image(PropertyReader& reader, v1::ImageTexture& image) {
+void SceneTextures::write_image(PropertyReader& reader, v1::ImageTexture& image) {
   if (const std::optional<std::filesystem::path> path = reader.file("filename")) {
     absl::StatusOr<v1::BlobRef> blob = context_.blobs.add_file(*path, reader.text("filename", ""));
     if (blob.ok()) {
@@ -178,8 +178,8 @@ void TextureTable::write_image(PropertyReader& reader, v1::ImageTexture& image) 
   reader.ignore({"format", "accel", "raw"});
 }
 
-v1::SpectrumValue TextureTable::value_of_role(PropertyReader& reader, std::string_view name, double fallback,
-                                              TextureRole role) {
+v1::SpectrumValue SceneTextures::value_of_role(PropertyReader& reader, std::string_view name, double fallback,
+                                               TextureRole role) {
   if (role != TextureRole::kScalar) {
     return color(reader, name, fallback,
                  role == TextureRole::kColor ? ColorUse::kReflectance : ColorUse::kUnbounded);
@@ -194,8 +194,8 @@ v1::SpectrumValue TextureTable::value_of_role(PropertyReader& reader, std::strin
   return value;
 }
 
-void TextureTable::write_checkerboard(PropertyReader& reader, TextureRole role,
-                                      v1::CheckerboardTexture& board) {
+void SceneTextures::write_checkerboard(PropertyReader& reader, TextureRole role,
+                                       v1::CheckerboardTexture& board) {
   const v1::SpectrumValue color0 = value_of_role(reader, "color0", 0.4, role);
   const v1::SpectrumValue color1 = value_of_role(reader, "color1", 0.2, role);
   // Asked for a colour, Mitsuba gives color0 where both coordinates are in the same half of their cell; asked

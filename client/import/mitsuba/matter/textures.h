@@ -12,9 +12,9 @@ namespace tessera::client::mitsuba {
 /// How a texture is asked: a checkerboard's two values trade places when Mitsuba asks for a single number.
 enum class TextureRole { kColor, kScalar, kNormals };
 
-class TextureTable {
+class SceneTextures {
  public:
-  explicit TextureTable(Context& context) : context_(context) {}
+  explicit SceneTextures(Context& context) : context_(context) {}
 
   /// Parameter `name` of the reader's object; `fallback` where it is absent.
   v1::SpectrumValue color(PropertyReader& reader, std::string_view name, double fallback, ColorUse use);

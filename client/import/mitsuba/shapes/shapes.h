@@ -14,7 +14,7 @@ namespace tessera::client::mitsuba {
 
 class ShapeWriter {
  public:
-  ShapeWriter(Context& context, TextureTable& textures, MaterialTable& materials, MediumTable& media)
+  ShapeWriter(Context& context, SceneTextures& textures, MaterialTable& materials, MediumTable& media)
       : context_(context), textures_(textures), materials_(materials), media_(media), meshes_(context) {}
 
   /// A shape that stands in the world. A "shapegroup" only counts once an "instance" names it.
@@ -37,7 +37,7 @@ class ShapeWriter {
   bool write_sdf_grid(PropertyReader& reader, v1::Shape& shape);
 
   Context& context_;
-  TextureTable& textures_;
+  SceneTextures& textures_;
   MaterialTable& materials_;
   MediumTable& media_;
   MeshTable meshes_;

@@ -20,7 +20,7 @@ struct MaterialRef {
 /// All materials of the file. A material is converted when something refers to it.
 class MaterialTable {
  public:
-  MaterialTable(Context& context, TextureTable& textures) : context_(context), textures_(textures) {}
+  MaterialTable(Context& context, SceneTextures& textures) : context_(context), textures_(textures) {}
 
   /// MakeNamedMaterial; the type is among the parameters.
   void define_named(const std::string& name, ParameterList parameters);
@@ -45,7 +45,7 @@ class MaterialTable {
   void convert(Entry& entry);
 
   Context& context_;
-  TextureTable& textures_;
+  SceneTextures& textures_;
   int nesting_ = 0;  // materials that are being converted, each for the mix before
   std::vector<Entry> entries_;
   std::map<std::string, int> named_;

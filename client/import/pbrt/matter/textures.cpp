@@ -6,8 +6,8 @@
 
 namespace tessera::client::pbrt {
 
-void TextureTable::define(TextureKind kind, const std::string& name, const std::string& type,
-                          ParameterList parameters, const Imath::M44d& world_from_texture) {
+void SceneTextures::define(TextureKind kind, const std::string& name, const std::string& type,
+                           ParameterList parameters, const Imath::M44d& world_from_texture) {
   Diagnostics& diagnostics = context_.diagnostics;
   if (find_texture_writer(type) == nullptr) {
     diagnostics.error(parameters.where(),
@@ -33,14 +33,14 @@ void TextureTable::define(TextureKind kind, const std::string& name, const std::
   }
 }
 
-std::string TextureTable::unique_scene_name(TextureKind kind, const std::string& name) {
+std::string SceneTextures::unique_scene_name(TextureKind kind, const std::string& name) {
   if (scene_names_.insert(name).second) return name;
   std::string candidate = concat(name, kind == TextureKind::kFloat ? " (float)" : " (spectrum)");
   while (!scene_names_.insert(candidate).second) candidate += "'";
   return candidate;
 }
 
-std::string TextureTable::use(TextureKind kind, const std::string& name, SourceLocation where) {
+std::string SceneTextures::use(TextureKind kind, const std::string& name, SourceLocation where) {
   const auto found = entries_.find({kind, name});
   if (found == entries_.end()) {
     context_.diagnostics.error(
@@ -74,7 +74,7 @@ std::string TextureTable::use(TextureKind kind, const std::string& name, SourceL
   return entry.scene_name;
 }
 
-std::string TextureTable::add(const std::string& hint, v1::Texture texture) {
+std::string SceneTextures::add(const std::string& hint, v1::Texture texture) {
   const auto [entry, fresh] = added_.try_emplace(texture.SerializeAsString());
   if (!fresh) return entry->second;
   entry->second = unique_scene_name(TextureKind::kSpectrum, hint);

@@ -15,9 +15,9 @@ enum class TextureKind { kFloat, kSpectrum };  // pbrt keeps a name space for ea
 
 /// All textures of the file by name. A texture is converted when something refers to it, so that what is
 /// unused does not burden the scene.
-class TextureTable {
+class SceneTextures {
  public:
-  explicit TextureTable(Context& context) : context_(context) {}
+  explicit SceneTextures(Context& context) : context_(context) {}
 
   /// `type` is "imagemap", "checkerboard", ... Errors: an unknown type, a name that is taken, an image that
   /// is missing.
@@ -53,7 +53,7 @@ class TextureTable {
 /// Reads the parameters of one directive that can be constants or textures.
 class ValueReader {
  public:
-  ValueReader(Context& context, TextureTable& textures, ParameterList& parameters)
+  ValueReader(Context& context, SceneTextures& textures, ParameterList& parameters)
       : context_(context), textures_(textures), parameters_(parameters) {}
 
   Context& context() { return context_; }
@@ -87,7 +87,7 @@ class ValueReader {
 
  private:
   Context& context_;
-  TextureTable& textures_;
+  SceneTextures& textures_;
   ParameterList& parameters_;
 };
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "render/bsdf/tables/layer_table.h"
+#include "render/bsdf/tables/gltf_layer_table.h"
 
 namespace tessera::render {
 

@@ -3,7 +3,7 @@
 
 #include "render/bsdf/bsdf.h"
 #include "render/bsdf/tables/film_table.h"
-#include "render/bsdf/tables/layer_table.h"
+#include "render/bsdf/tables/gltf_layer_table.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -1,4 +1,4 @@
-#include "render/bsdf/tables/layer_table.h"
+#include "render/bsdf/tables/gltf_layer_table.h"
 
 #include <algorithm>
 #include <cmath>
