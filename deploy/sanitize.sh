@@ -43,7 +43,7 @@ changed_tests() {
     case $file in
       tests/unit/*_test.cpp | tests/scenario/*_test.cpp) echo "$file" ;;
       tests/*.h | tests/*.cpp) echo "\"${file#tests/}" ;;
-      proto/*.h | proto/*.cpp | server/*.h | server/*.cpp | worker/*.h | worker/*.cpp | client/*.h | client/*.cpp)
+      proto/*.h | proto/*.cpp | lib/*.h | lib/*.cpp | server/*.h | server/*.cpp | worker/*.h | worker/*.cpp | client/*.h | client/*.cpp)
         echo "\"${file#*/}"
         ;;
     esac

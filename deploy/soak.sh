@@ -26,7 +26,7 @@ concerned() {
   local changed
   changed=$(changed_files)
   case "$changed" in *worker/render/*) echo 'statistical|stress' ;; esac
-  case "$changed" in *server/* | *worker/agent/* | *proto/*) echo 'integration|load|scenario' ;; esac
+  case "$changed" in *server/* | *worker/agent/* | *proto/* | *lib/net/*) echo 'integration|load|scenario' ;; esac
   case "$changed" in *client/import/* | *proto/wire/* | *lib/images/*) echo 'fuzz' ;; esac
 }
 

@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 std::set<std::string> names_of_files() {
   std::set<std::string> names;
   for (const char* top :
-       {".ci", "proto", "server", "worker", "client", "tests", "deploy", "docs", "scenes", "python"}) {
+       {".ci", "proto", "lib", "server", "worker", "client", "tests", "deploy", "docs", "scenes", "python"}) {
     for (const auto& entry : fs::recursive_directory_iterator(top)) {
       if (!entry.is_regular_file()) continue;
       fs::path rest = entry.path();
