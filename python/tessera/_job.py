@@ -167,6 +167,8 @@ def make_spec(
     spec.cut.crop.CopyFrom(job_pb2.PixelRect(x0=x0, y0=y0, x1=x1, y1=y1))
     spec.cut.tile_size = _BORDERED_TILE if _has_borders(view) else _TILE
     spec.cut.samples_per_unit = _samples_per_unit(spec)
+    if scene.message.views:
+        spec.cut.views = 1 + len(scene.message.views)
     if asked.noise:
         parts = min(max((x1 - x0) * (y1 - y0) // _PILOT_PIXELS, 1), _MOST_PILOT_PARTS)
         spec.cut.phases.add(name="noise", parts=parts, merge_width=64)

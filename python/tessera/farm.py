@@ -78,6 +78,13 @@ class Restart:
     """Results turned out to be wrong: what came before is void."""
 
 
+def _view_of(unit: job_pb2.WorkUnit) -> int:
+    """-1 for units that are not of the picture."""
+    if unit.HasField("tile"):
+        return unit.tile.view
+    return getattr(unit, "pass").view if unit.HasField("pass") else -1
+
+
 class Job:
     """A job of a farm, by its id."""
 
@@ -140,9 +147,9 @@ class Job:
             raise JobFailed(f"job {self.id} is {last.state}: {last.error}")
         return last
 
-    def updates(self) -> Iterator[TileUpdate | Progress | Restart]:
-        """Tiles as they come, in the order of the journal, with progress between them, until the job is over.
-        A tile comes several times, each time with more samples."""
+    def updates(self, view: int = 0) -> Iterator[TileUpdate | Progress | Restart]:
+        """Tiles of a view as they come, in the order of the journal, with progress between them, until the job
+        is over. A tile comes several times, each time with more samples."""
         spec = self.spec
         assembler = Assembler(spec)
         for response in self._watch(status_only=False):
@@ -151,7 +158,7 @@ class Job:
                 yield response
                 continue
             for result in response.results:
-                if not result.unit.HasField("tile") and not result.unit.HasField("pass"):
+                if _view_of(result.unit) != view:
                     continue
                 node = assembler.add(decode_tile(result.payload))
                 values = pixel_values(node)
@@ -159,10 +166,13 @@ class Job:
                 yield TileUpdate(node.pixels, node.end - node.begin, channels)
             yield Progress.of(response.status)
 
-    def fetch(self, partial: bool = False) -> Picture:
-        """The job's picture, once it is over, with the bits of `tessera fetch`. With `partial`, what there is
-        now. JobFailed where not all of it is there, unless `partial`."""
+    def fetch(self, partial: bool = False, view: int = 0) -> Picture:
+        """The job's picture, once it is over, with the bits of `tessera fetch`: of jobs with several views, that
+        of one. With `partial`, what there is now. JobFailed where not all of it is there, unless `partial`;
+        ValueError where the job has no such view."""
         answer = self._get()
+        if not 0 <= view < max(answer.spec.cut.views, 1):
+            raise ValueError(f"job {self.id} has no view {view}")
         assembler, units = Assembler(answer.spec), 0
         last = answer.status
         for response in self._watch(status_only=False):
@@ -170,7 +180,8 @@ class Job:
                 assembler, units = Assembler(answer.spec), 0
                 continue
             for result in response.results:
-                assembler.add(decode_tile(result.payload))
+                if _view_of(result.unit) == view:
+                    assembler.add(decode_tile(result.payload))
                 units += 1
             last = response.status
             if partial and (units >= answer.status.units_done or not response.results):

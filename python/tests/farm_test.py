@@ -72,6 +72,8 @@ class FarmTest(unittest.TestCase):
         ):
             scene = small_scene()
             change(scene.settings, scene.message.film)
+            if not scene.settings.noise:
+                scene.message.views.add().CopyFrom(scene.message.camera)
             own, _ = _job.make_spec(scene, "tester", aovs=["depth"], crop=(3, 5, 41, 40))
             file = self.under_test.path / "spec.textproto"
             scene.save(file)
@@ -93,6 +95,26 @@ class FarmTest(unittest.TestCase):
         picture = job.fetch()
         self.assertEqual((picture.data.x0, picture.data.y1), (8, 40))
         np.testing.assert_array_equal(seen[4:40, 8:44], picture.rgb)
+
+    def test_views_come_one_by_one(self) -> None:
+        scene = small_scene(spp=4)
+        other = scene.message.views.add()
+        other.CopyFrom(scene.message.camera)
+        other.perspective.fov_degrees *= 2
+        job = self.farm.submit(scene)
+        self.assertEqual(job.wait().status.units_total, 2 * len(list(self._tiles_of(job))))
+        pictures = [job.fetch(view=view) for view in (0, 1)]
+        self.assertNotEqual(pictures[0].rgb.tobytes(), pictures[1].rgb.tobytes())
+        fetched = self.under_test.path / "views.exr"
+        self.under_test.run("fetch", job.id, "-o", str(fetched), "--quiet")
+        self.assert_same_bits(pictures[0], fetched)
+        self.assert_same_bits(pictures[1], fetched.with_suffix(".v1.exr"))
+        with self.assertRaisesRegex(ValueError, "no view 2"):
+            job.fetch(view=2)
+
+    @staticmethod
+    def _tiles_of(job: tessera.Job) -> Iterator[tessera.TileUpdate]:
+        return (update for update in job.updates(view=1) if isinstance(update, tessera.TileUpdate))
 
     def test_other_integrators_go_through_the_program(self) -> None:
         scene = small_scene(spp=2)
