@@ -46,7 +46,7 @@ fi
 if [ $result -ne 0 ]; then
   # Again, and last: whoever sees no more than the end of a log sees why.
   say "why it failed (all that was said: build/$preset/Testing/Temporary/LastTest.log)"
-  grep -h -A 5 -e ': Failure$' -e '^\[  FAILED  \]' -e 'ERROR: .*Sanitizer' Testing/Temporary/LastTest.log |
+  grep -h -A 5 -e ': Failure$' -e ' error: ' -e 'ERROR: .*Sanitizer' Testing/Temporary/LastTest.log |
     grep -v '^--$' | awk '!seen[$0]++' | head -n 40 || true
 fi
 exit $result

@@ -82,7 +82,8 @@ def _view_of(unit: job_pb2.WorkUnit) -> int:
     """-1 for units that are not of the picture."""
     if unit.HasField("tile"):
         return unit.tile.view
-    return getattr(unit, "pass").view if unit.HasField("pass") else -1
+    unit_of_pass: job_pb2.PassUnit = getattr(unit, "pass")
+    return unit_of_pass.view if unit.HasField("pass") else -1
 
 
 class Job:
