@@ -46,9 +46,9 @@ class ObstacleFinder {
   std::vector<Obstacle> run() {
     for (int view = 0; view <= scene_.views_size() && algorithm_.projects_points; ++view) {
       const v1::Camera& camera = view == 0 ? scene_.camera() : scene_.views(view - 1);
-      if (camera.has_spherical())
-        add(camera, view == 0 ? "camera" : absl::StrCat("view ", view),
-            "needs a perspective or orthographic camera");
+      if (!camera.has_spherical()) continue;
+      add(camera, view == 0 ? "camera" : absl::StrCat("view ", view),
+          "needs a perspective or orthographic camera");
     }
     for (int i = 0; i < scene_.lights_size() && algorithm_.starts_at_lights; ++i) {
       const v1::Light& light = scene_.lights(i);
