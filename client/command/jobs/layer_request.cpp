@@ -138,9 +138,9 @@ absl::StatusOr<bool> take_layer_word(const std::string& word, LayerRequest& aske
       {"shadow", &asked.shadow},
       {"strategies", &asked.strategies},
       {"unweighted-strategies", &asked.unweighted_strategies}};
-  for (const auto& [name, asked] : plain_words) {
+  for (const auto& [name, is_asked] : plain_words) {
     if (word != name) continue;
-    *asked = true;
+    *is_asked = true;
     return true;
   }
   if (!word.starts_with("bounce")) return false;
