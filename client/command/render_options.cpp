@@ -284,16 +284,6 @@ absl::StatusOr<std::unique_ptr<BenchScene>> build_scene(LoadedJob& loaded, const
   return scene;
 }
 
-v1::Point3 camera_place(const v1::Scene& scene) {
-  v1::Point3 place;
-  const auto& world_from_camera = scene.camera().world_from_camera().elements();
-  if (world_from_camera.size() != 16) return place;
-  place.set_x(world_from_camera[3]);
-  place.set_y(world_from_camera[7]);
-  place.set_z(world_from_camera[11]);
-  return place;
-}
-
 std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code, absl::Status* refusal,
                                     const ChoiceOptions* choice) {
   if (std::error_code error; !std::filesystem::exists(options.scene, error)) {
@@ -312,7 +302,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     return nullptr;
   }
   loaded->imported = *std::move(imported);
-  if (options.origin && !*options.origin) *options.origin = camera_place(loaded->imported.scene);
+  if (options.origin && !*options.origin) *options.origin = wire::camera_place(loaded->imported.scene);
   loaded->rate = frame_rate(options, loaded->imported.scene);
   if (options.frames.scene_rate) *options.frames.scene_rate = loaded->rate;
   if (options.frame) {
@@ -330,7 +320,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     const std::uint32_t view = *options.job.view;
     v1::Scene& scene = loaded->imported.scene;
     if (view > 0 && view <= static_cast<std::uint32_t>(scene.views_size())) {
-      // What is wrong with it is told where it stands in the file.
+      // Its faults are told where it stands in the file.
       auto place = loaded->imported.places.extract(&wire::camera_of(scene, view));
       if (!place.empty()) loaded->imported.places[&scene.camera()] = std::move(place.mapped());
     }

@@ -64,9 +64,6 @@ ImportOptions import_options(const RenderOptions& options);
 /// Frames a second: as asked for, or of the scene's own animation, or 24.
 Rational frame_rate(const RenderOptions& options, const v1::Scene& scene);
 
-/// World space; the origin where the camera was not moved.
-v1::Point3 camera_place(const v1::Scene& scene);
-
 /// InvalidArgument when the file of --stats cannot be written.
 absl::Status check_stats(const RenderOptions& options);
 

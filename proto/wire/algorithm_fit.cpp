@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "wire/scene_place.h"
+#include "wire/scene_views.h"
 
 namespace tessera::wire {
 namespace {
@@ -44,8 +45,9 @@ class ObstacleFinder {
   }
 
   std::vector<Obstacle> run() {
-    for (int view = 0; view <= scene_.views_size() && algorithm_.projects_points; ++view) {
-      const v1::Camera& camera = view == 0 ? scene_.camera() : scene_.views(view - 1);
+    const auto views = algorithm_.projects_points ? static_cast<std::uint32_t>(scene_.views_size()) + 1 : 0;
+    for (std::uint32_t view = 0; view < views; ++view) {
+      const v1::Camera& camera = camera_of(scene_, view);
       if (!camera.has_spherical()) continue;
       add(camera, view == 0 ? "camera" : absl::StrCat("view ", view),
           "needs a perspective or orthographic camera");

@@ -4,18 +4,23 @@
 
 namespace tessera::wire {
 
+v1::Point3 camera_place(const v1::Scene& scene) {
+  v1::Point3 place;
+  const auto& world_from_camera = scene.camera().world_from_camera().elements();
+  if (world_from_camera.size() != 16) return place;
+  place.set_x(world_from_camera[3]);
+  place.set_y(world_from_camera[7]);
+  place.set_z(world_from_camera[11]);
+  return place;
+}
+
 absl::Status keep_view(std::uint32_t view, v1::Scene& scene) {
   if (view > static_cast<std::uint32_t>(scene.views_size())) {
     return absl::InvalidArgumentError(absl::StrCat("there is no view ", view, ": the scene has ",
                                                    1 + scene.views_size(), ", and the first is view 0"));
   }
   if (view > 0) {
-    const auto& elements = scene.camera().world_from_camera().elements();
-    if (!scene.has_render_origin()) {
-      v1::Point3& origin = *scene.mutable_render_origin();
-      if (elements.size() == 16)
-        origin.set_x(elements[3]), origin.set_y(elements[7]), origin.set_z(elements[11]);
-    }
+    if (!scene.has_render_origin()) *scene.mutable_render_origin() = camera_place(scene);
     *scene.mutable_camera() = v1::Camera(scene.views(static_cast<int>(view) - 1));
   }
   scene.clear_views();

@@ -24,6 +24,9 @@ inline const v1::Camera& camera_of(const v1::Scene& scene, std::uint32_t view) {
   return view == 0 ? scene.camera() : scene.views(static_cast<int>(view) - 1);
 }
 
+/// Place of the scene's camera, world space; the origin where it was not moved.
+v1::Point3 camera_place(const v1::Scene& scene);
+
 /// Leaves a scene one view, as its camera. All views of a scene have one render_origin, the place of the
 /// first where the scene has none, so that renderers share what they build. InvalidArgument where there is no
 /// such view.

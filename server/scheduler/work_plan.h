@@ -29,7 +29,7 @@ class WorkPlan {
   const PhasePlan& phases() const { return phases_; }
   bool is_of_picture(std::uint32_t unit) const { return unit >= phases_.unit_count(); }
 
-  /// Of all views.
+  /// Tiles of all views together.
   std::uint32_t tile_count() const { return tile_order_.count() * views_; }
   /// Tile of a unit of the picture, in the order in which they are handed out.
   std::uint32_t tile_of(std::uint32_t unit) const { return (unit - phases_.unit_count()) % tile_count(); }

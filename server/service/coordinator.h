@@ -115,8 +115,8 @@ struct CoordinatorOptions {
   EndListener* listener = nullptr;
   /// Outlives the coordinator.
   FarmClock* clock = &machine_clock();
-  /// What seals leases, and whose key decides which results are audited, and by whom. Null: of the data
-  /// directory's own key, or a new one.
+  /// Seals leases; its key decides which results are audited, and by whom. Null: a seal with the data
+  /// directory's own key, or with a new one.
   std::shared_ptr<const LeaseSeal> seal = {};
 };
 

@@ -76,7 +76,7 @@ class RenderScene {
   };
   virtual Structure structure() const { return {}; }
 
-  /// What the scene asks for, and was approximated or left out; one line each.
+  /// Things that the scene asks for and that were approximated or left out; one line each.
   virtual const std::vector<std::string>& warnings() const = 0;
 
   /// Names the light of the scene that the algorithm would never find (scene/light/unseen_light.h); empty

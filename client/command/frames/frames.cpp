@@ -14,6 +14,7 @@
 #include "command/frames/preview_video.h"
 #include "image/exr.h"
 #include "import/import.h"
+#include "wire/scene_views.h"
 
 namespace tessera::client {
 namespace {
@@ -70,7 +71,7 @@ class SharedOrigin {
     if (!place_ || *place_ || frame == first_frame) return place_;
     const RenderOptions first = options_of_frame(all_, first_frame);
     const absl::StatusOr<ImportedScene> imported = import_scene(first.scene, import_options(first));
-    if (imported.ok()) *place_ = camera_place(imported->scene);
+    if (imported.ok()) *place_ = wire::camera_place(imported->scene);
     if (!imported.ok()) place_ = nullptr;  // the frame says so itself, and the others do without
     return place_;
   }

@@ -108,12 +108,12 @@ class Pictures {
  public:
   static absl::StatusOr<Pictures> begin(const v1::JobSpec& spec, const FollowOptions& how) {
     const std::uint32_t views = wire::views_of(spec);
+    AssemblyOptions options = assembly_options(spec);
+    options.max_frame_bytes = how.frame_memory / views;
+    options.mattes = how.mattes;
     Pictures pictures;
-    pictures.options_ = assembly_options(spec);
-    pictures.options_.max_frame_bytes = how.frame_memory / views;
-    pictures.options_.mattes = how.mattes;
     for (std::uint32_t view = 0; view < views; ++view) {
-      absl::StatusOr<Assembler> assembler = Assembler::create(pictures.options_);
+      absl::StatusOr<Assembler> assembler = Assembler::create(options);
       if (!assembler.ok()) return assembler.status();
       pictures.assemblers_.push_back(*std::move(assembler));
     }
@@ -147,7 +147,6 @@ class Pictures {
   }
 
  private:
-  AssemblyOptions options_;
   std::vector<Assembler> assemblers_;
 };
 

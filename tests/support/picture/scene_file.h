@@ -14,7 +14,7 @@
 
 namespace tessera::test {
 
-/// What a test asks for, over what the scene does.
+/// Settings that a test asks for, over those of the scene.
 struct SceneJob {
   v1::RenderSettings settings;
   std::uint32_t width = 0, height = 0;  // pixels; 0: the scene's

@@ -109,7 +109,7 @@ TEST(Algorithms, EachHasItsOwnSettingsAlone) {
   asked.mutable_ao()->set_distance(0.5);
   asked.mutable_guided()->set_samples(0.5);
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {
-    // What a scene asks for waits for an algorithm that has such settings; a job has its own alone.
+    // Settings of a scene wait for an algorithm that has such settings; a job has its own alone.
     v1::JobSpec job;
     asked.set_integrator(traits.name);
     wire::resolve_settings(asked, job);

@@ -21,8 +21,8 @@ namespace tessera::server {
 /// Result of a unit, with values that depend on `seed`.
 std::string payload_for(const v1::WorkUnit& unit, int seed = 0);
 
-/// Of which the same results are audited each time, by the same workers. TESSERA_SEED=N in the environment
-/// draws others.
+/// A seal with which the same results are audited each time, by the same workers. TESSERA_SEED=N in the
+/// environment draws others.
 std::shared_ptr<const LeaseSeal> seal_of_tests();
 
 class CoordinatorTest : public testing::Test {
