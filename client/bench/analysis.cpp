@@ -90,14 +90,14 @@ std::optional<Slope> slope_of(const BenchVariantResult& variant, const Reference
 Interval efficiency_ratio(const BenchVariantResult& a, const BenchVariantResult& b,
                           const ReferenceNoise& noise, std::optional<std::uint32_t> spp,
                           Efficiency& efficient) {
-  std::map<std::uint64_t, std::vector<double>> logs;  // by seed
+  std::map<std::uint64_t, std::vector<double>> logs_by_seed;
   for (std::size_t i = 0; i < std::min(a.runs.size(), b.runs.size()); ++i) {
     if (spp && a.runs[i].spp != *spp) continue;
-    logs[a.runs[i].seed_offset].push_back(
+    logs_by_seed[a.runs[i].seed_offset].push_back(
         std::log(efficient(b.runs[i], noise) / efficient(a.runs[i], noise)));
   }
   std::vector<double> ratios;
-  for (const auto& [seed, of_seed] : logs) ratios.push_back(std::exp(mean_of(of_seed)));
+  for (const auto& [seed, of_seed] : logs_by_seed) ratios.push_back(std::exp(mean_of(of_seed)));
   return interval_of(ratios);
 }
 

@@ -27,9 +27,9 @@ class BiasEstimator::Block {
   explicit Block(std::size_t groups) : products_(groups * groups), off_(groups) {}
 
   std::size_t terms = 0;
-  double variance = 0;  // of one image
-  double pixel_error2 =
-      0;  // variance of bias2_sum() if pixels shared no noise, and that which the reference brings
+  double image_variance = 0;
+  // Variance of bias2_sum() if pixels shared no noise, and that which the reference brings.
+  double pixel_error2 = 0;
 
   std::vector<double>& off() { return off_; }
   /// Adds the products of what the groups are off at a pixel.
@@ -73,7 +73,7 @@ class BiasEstimator::Block {
     return sums;
   }
 
-  std::vector<double> products_;  // of groups i > j
+  std::vector<double> products_;  // entries of groups i > j alone are set
   std::vector<double> off_;
 };
 
@@ -121,7 +121,7 @@ void BiasEstimator::read(std::size_t value, float reference, Block& block) const
   if (!std::isfinite(variance) || !std::isfinite(off)) return;
   for (std::size_t g = 0; g < groups_.size(); ++g) block.off()[g] = groups_[g].mean[value] - reference;
   block.add(weight);
-  block.variance += variance;
+  block.image_variance += variance;
   ++block.terms;
   // Noise of the reference is the same in all pairs; channels may share all of it.
   const auto k = static_cast<double>(count_);
@@ -146,7 +146,7 @@ BiasAndVariance BiasEstimator::result() const {
   for (const auto& [place, block] : blocks) {
     terms += static_cast<double>(block.terms);
     bias2 += block.bias2_sum();
-    variance += block.variance;
+    variance += block.image_variance;
     error2 += block.error2();
     pixel_error2 += block.pixel_error2;
   }

@@ -7,8 +7,8 @@
 namespace tessera::client {
 
 struct Machine {
-  std::string processor_model;  // as the system names it; empty: not known
-  unsigned processors = 0;      // those that this process may use
+  std::string processor_model;  // the system's name for it; empty: not known
+  unsigned processors = 0;      // processors that this process may use
   double load = 0;    // processes that wanted a processor, mean of the minute before the measurement
   double others = 0;  // processors that others kept busy during the measurement, mean
 

@@ -35,7 +35,7 @@ struct BenchRun {
   std::uint32_t spp = 0;
   std::uint64_t seed_offset = 0;
   BenchCost cost;
-  double mse = 0, relmse = 0;                  // as in metrics.h
+  double mse = 0, relmse = 0;                  // see metrics.h
   double mse_trimmed = 0, relmse_trimmed = 0;  // without the worst 0.1 % of the pixels
   double relmse_block = 0;                     // relMSE of block means (BenchPlan::block), without those
   double flip = 0;

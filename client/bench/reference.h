@@ -21,7 +21,7 @@ struct ReferenceNoise {
 struct BenchReference {
   Image image;
   ReferenceNoise noise;
-  std::string source;  // for people: a file, or how it was made
+  std::string source;  // a file, or how it was made; for people
 };
 
 /// Reads a reference. Its noise is known when it was written by write_reference, that of blocks where it was

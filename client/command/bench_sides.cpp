@@ -59,11 +59,11 @@ absl::StatusOr<std::vector<WholeResult>> measure_sides(
   std::vector<WholeSide> sides;
   for (const OwnSide& own : scene.own) sides.push_back(own_side(own, program, options, scene, plan.threads));
 
-  std::deque<BenchReference> references;  // of the peers; their places do not change
+  std::deque<BenchReference> peer_references;  // a deque, whose elements do not move
   if (scene.peer_reference) {
     absl::StatusOr<BenchReference> read = read_reference(*scene.peer_reference, plan.block);
     if (!read.ok()) return read.status();
-    references.push_back(*std::move(read));
+    peer_references.push_back(*std::move(read));
   }
   for (const std::string& peer : options.peers) {
     const auto command = [&peer, &scene, &plan](std::uint32_t spp, std::uint64_t seed,
@@ -72,12 +72,12 @@ absl::StatusOr<std::vector<WholeResult>> measure_sides(
     };
     WholeSide side{absl::StrCat("peer ", peer), command, &scene.reference};
     if (scene.peer_reference) {
-      side.reference = &references.front();
+      side.reference = &peer_references.front();
     } else if (scene.reference_spp > 0) {
       progress(absl::StrCat("reference of a peer, ", scene.reference_spp, " samples a pixel"));
       absl::StatusOr<BenchReference> made = make_reference(side, scene.reference_spp, stop);
       if (!made.ok()) return made.status();
-      side.reference = &references.emplace_back(*std::move(made));
+      side.reference = &peer_references.emplace_back(*std::move(made));
     }
     sides.push_back(std::move(side));
   }

@@ -23,7 +23,7 @@ struct ConvertOptions {
   std::string output;
   GltfOptions gltf;
   ExrFormat exr;
-  std::vector<std::string> layers;  // of the image; none: all channels
+  std::vector<std::string> layers;  // layers of the image to write; none: all channels
   bool quiet = false;
 };
 

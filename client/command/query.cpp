@@ -24,8 +24,8 @@ namespace {
 
 struct QueryOptions {
   RenderOptions scene;
-  std::vector<Query> queries;  // of options
-  std::string file;            // of queries; empty: none
+  std::vector<Query> option_queries;
+  std::string query_file;  // empty: none
   std::optional<QueryKind> kind;
   bool bounds = false, watertight = false;
   RowFormat format = RowFormat::kCsv;
@@ -114,12 +114,12 @@ int answer_all(const GeometryQuery& scene, const QueryOptions& options) {
   append_header(GeometryQuery::answer_columns(), options.format, header);
   if (!print(header)) return kIncomplete;
   Answers answers(scene, options);
-  for (const Query& query : options.queries) {
+  for (const Query& query : options.option_queries) {
     answers.add(query);
     if (answers.full() && !answers.flush()) return kIncomplete;
   }
-  if (options.file.empty()) return answers.flush() ? kDone : kIncomplete;
-  absl::StatusOr<LineReader> reader = LineReader::open(options.file);
+  if (options.query_file.empty()) return answers.flush() ? kDone : kIncomplete;
+  absl::StatusOr<LineReader> reader = LineReader::open(options.query_file);
   if (!reader.ok()) return report(kUsage, std::string{reader.status().message()});
   return answer_lines(*reader, options, answers);
 }
@@ -140,7 +140,7 @@ int print_table(Columns columns, RowFormat format, MakeRows make_rows) {
 
 int run(QueryOptions& options) {
   const int tables = options.bounds + options.watertight;
-  const bool asks = !options.queries.empty() || !options.file.empty();
+  const bool asks = !options.option_queries.empty() || !options.query_file.empty();
   if (tables + asks != 1) {
     return report(kUsage,
                   "give --ray, --inside, --closest or --queries (any of them, as often as you like), or "
@@ -157,8 +157,8 @@ int run(QueryOptions& options) {
   if (!options.scene.quiet) {
     for (const std::string& warning : (*scene)->warnings()) std::cerr << "warning: " << warning << '\n';
     const auto is_closest = [](const Query& query) { return query.kind == QueryKind::kClosest; };
-    const std::string doubts =
-        (*scene)->doubts(!options.file.empty() || std::ranges::any_of(options.queries, is_closest));
+    const std::string doubts = (*scene)->doubts(!options.query_file.empty() ||
+                                                std::ranges::any_of(options.option_queries, is_closest));
     if (asks && !doubts.empty()) std::cerr << "warning: " << doubts << '\n';
   }
   if (options.bounds) {
@@ -184,7 +184,7 @@ void add_query(Command& command, const char* name, QueryKind kind, QueryOptions&
             if (!parsed.query) {
               return absl::InvalidArgumentError(parsed.error.empty() ? "there are no numbers" : parsed.error);
             }
-            options.queries.push_back(*parsed.query);
+            options.option_queries.push_back(*parsed.query);
             return absl::OkStatus();
           },
           [] {}, description)
@@ -208,7 +208,7 @@ void add_query_command(CommandLine& line) {
             "X,Y,Z");
   command
       .add(
-          "--queries", options->file,
+          "--queries", options->query_file,
           "a file of them, one a line: 'ray' and six numbers, 'inside' or 'closest' and three; - is standard "
           "input")
       .type_name("FILE");

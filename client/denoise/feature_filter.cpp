@@ -9,8 +9,8 @@
 namespace tessera::client::denoise {
 namespace {
 
-constexpr int kSearchRadius = 5;  // of the window
-constexpr int kPatch = 1;         // of patches: features have sharp edges, and little noise
+constexpr int kSearchRadius = 5;
+constexpr int kFeaturePatchRadius = 1;  // features have sharp edges, and little noise
 constexpr int kRowsTogether = 16;
 
 }  // namespace
@@ -19,7 +19,8 @@ std::vector<Plane> filter_features(const std::vector<Plane>& features, const std
                                    const Plane& inside, int threads) {
   const int width = features[0].width(), height = features[0].height();
   const int channels = static_cast<int>(features.size());
-  PatchTask task{.channels = channels, .value = {}, .variance = {}, .usual = {}, .patch_radius = kPatch};
+  PatchTask task{
+      .channels = channels, .value = {}, .variance = {}, .usual = {}, .patch_radius = kFeaturePatchRadius};
   set_views(features, task.value);
   set_views(variances, task.variance);
   set_views(variances, task.usual);
@@ -28,13 +29,14 @@ std::vector<Plane> filter_features(const std::vector<Plane>& features, const std
   const auto filter_rows = [&](std::size_t index) {
     const int begin = static_cast<int>(index) * kRowsTogether, end = std::min(begin + kRowsTogether, height);
     const auto stride = static_cast<std::size_t>(width) + 16;
-    std::vector<float> distance(stride), scratch((2 * kPatch + 1) * (static_cast<std::size_t>(width) + 48));
+    std::vector<float> distance(stride),
+        scratch((2 * kFeaturePatchRadius + 1) * (static_cast<std::size_t>(width) + 48));
     std::vector<float> weights(stride * kRowsTogether), sums(weights.size() * features.size());
     for (int dy = -kSearchRadius; dy <= kSearchRadius; ++dy) {
       for (int dx = -kSearchRadius; dx <= kSearchRadius; ++dx) {
         for (int y = begin; y < end; ++y) {
-          kernel().patch_row(task, y, dx, dy, width, y == begin ? 2 * kPatch + 1 : 1, scratch.data(),
-                             distance.data());
+          kernel().patch_row(task, y, dx, dy, width, y == begin ? 2 * kFeaturePatchRadius + 1 : 1,
+                             scratch.data(), distance.data());
           const std::size_t row = static_cast<std::size_t>(y - begin) * stride;
           float* to[3];
           for (std::size_t c = 0; c < features.size(); ++c) to[c] = &sums[c * weights.size() + row];

@@ -21,8 +21,8 @@ Colours denoise_statistically(const NoisyPicture& picture, int threads);
 /// as it is, mixed by their estimated errors [Bitterli et al. 2016].
 Colours denoise_by_regression(const NoisyPicture& picture, int threads);
 
-/// By Intel's Open Image Denoise, which is looked for at run time: `library`, or where the loader looks when
-/// that is empty. NotFound where there is none; Internal with what it says.
+/// Denoises with Intel's Open Image Denoise, which is looked for at run time: `library`, or where the loader
+/// looks when that is empty. NotFound where there is none; Internal with what it says.
 absl::StatusOr<Colours> denoise_by_oidn(const NoisyPicture& picture, const std::string& library);
 
 }  // namespace tessera::client::denoise

@@ -57,7 +57,7 @@ bool look_up(void* library, const char* name, F*& function) {
 
 absl::StatusOr<Functions> functions_of(void* library) {
   Functions f;
-  look_up(library, "oidnSetFilterBool", f.set_bool);  // of version 2
+  look_up(library, "oidnSetFilterBool", f.set_bool);  // version 2 alone has it
   const bool all = look_up(library, "oidnNewDevice", f.new_device) &&
                    look_up(library, "oidnCommitDevice", f.commit_device) &&
                    look_up(library, "oidnReleaseDevice", f.release_device) &&

@@ -12,7 +12,7 @@ namespace {
 /// the same time, kind after kind, so that sums have one order whatever the threads.
 constexpr int kTile = 64;
 static_assert(kTile > 2 * kWindowRadius && kTile % kCentreStep == 0);
-constexpr int kCentres = kTile / kCentreStep;  // in a row of a tile
+constexpr int kCentresPerRow = kTile / kCentreStep;
 constexpr float kBandwidth[kBandwidths] = {0.5f, 1.0f};
 
 /// Sums of the fits of one half of the samples by one bandwidth.
@@ -41,13 +41,13 @@ class HalfFit {
 
   /// The windows whose centres are in the tile at (x, y).
   void add_tile(int x, int y) {
-    std::vector<float> distances(static_cast<std::size_t>(kCentres * kCentres * kPaddedWindow));
+    std::vector<float> distances(static_cast<std::size_t>(kCentresPerRow * kCentresPerRow * kPaddedWindow));
     find_distances(x, y, distances);
     FitTask task{.guides = static_cast<int>(picture_.guides.size()), .inside = view(picture_.inside)};
     set_views(picture_.guides, task.guide);
     set_views(colour_, task.colour);
-    for (int i = 0; i < kCentres * kCentres; ++i) {
-      task.x = x + i % kCentres * kCentreStep, task.y = y + i / kCentres * kCentreStep;
+    for (int i = 0; i < kCentresPerRow * kCentresPerRow; ++i) {
+      task.x = x + i % kCentresPerRow * kCentreStep, task.y = y + i / kCentresPerRow * kCentreStep;
       if (task.x >= picture_.width || task.y >= picture_.height) continue;
       task.distance = distances.data() + static_cast<std::size_t>(i) * kPaddedWindow;
       for (int k = 0; k < kBandwidths; ++k) {
@@ -84,11 +84,11 @@ class HalfFit {
       task.value[c].pixels += x, task.variance[c].pixels += x, task.usual[c].pixels += x;
     for (int shift = 0; shift < kWindowPixels; ++shift) {
       const int dx = shift % kWindowSide - kWindowRadius, dy = shift / kWindowSide - kWindowRadius;
-      for (int j = 0; j < kCentres && y + j * kCentreStep < picture_.height; ++j) {
+      for (int j = 0; j < kCentresPerRow && y + j * kCentreStep < picture_.height; ++j) {
         kernel().patch_row(task, y + j * kCentreStep, dx, dy, kTile, j == 0 ? kSide : kCentreStep,
                            scratch.data(), row);
-        for (int i = 0; i < kCentres; ++i)
-          distances[static_cast<std::size_t>((j * kCentres + i) * kPaddedWindow + shift)] =
+        for (int i = 0; i < kCentresPerRow; ++i)
+          distances[static_cast<std::size_t>((j * kCentresPerRow + i) * kPaddedWindow + shift)] =
               row[i * kCentreStep];
       }
     }

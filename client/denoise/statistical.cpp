@@ -9,7 +9,7 @@
 namespace tessera::client::denoise {
 namespace {
 
-constexpr int kWindow = 10;  // of the window
+constexpr int kAveragingRadius = 10;
 /// Squares of differences over their variance beyond which pixels are not equal. Of pixels that are, about
 /// one in 200 exceeds the first and one in 4 the second, by the normal distribution; of few samples, whose
 /// variance is itself uncertain, some more. Where light changes slowly, the first takes too much for equal.
@@ -30,7 +30,7 @@ Colours denoise_statistically(const NoisyPicture& picture, int threads) {
   }
   StatisticalTask task{.width = picture.width,
                        .height = picture.height,
-                       .window_radius = kWindow,
+                       .window_radius = kAveragingRadius,
                        .critical = 0,
                        .inside = view(picture.inside),
                        .guides = static_cast<int>(guides.size())};

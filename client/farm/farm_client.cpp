@@ -174,7 +174,7 @@ absl::StatusOr<v1::JobStatus> FarmClient::watch(const std::string& job_id, const
   while (true) {
     // Each attempt goes on after the last result that arrived.
     const absl::Status status = watch_once(job_id, handlers, progress, stop);
-    if (!progress.handler.ok()) return progress.handler;
+    if (!progress.handler_status.ok()) return progress.handler_status;
     if (std::exchange(progress.restarted, false)) continue;
     if (status.ok() && has_ended(progress.last.state())) return progress.last;
     const absl::Status broken =
@@ -200,7 +200,7 @@ absl::Status FarmClient::watch_once(const std::string& job_id, const WatchHandle
     contact_.succeeded();
     if (!progress.take(response, handlers)) break;
   }
-  if (!progress.handler.ok() || progress.restarted) context.TryCancel();
+  if (!progress.handler_status.ok() || progress.restarted) context.TryCancel();
   const grpc::Status status = reader->Finish();
   const std::string call = absl::StrCat("WatchJob at ", contact_.address());
   if (guard.stalled()) return absl::DeadlineExceededError(absl::StrCat(call, ": nothing came for 15 s"));

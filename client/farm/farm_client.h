@@ -22,7 +22,7 @@ class Channel;
 namespace tessera::client {
 
 struct FarmClientOptions {
-  std::string address;  // for messages
+  std::string address;  // named in messages
   // How long the coordinator is waited for: before it was ever reached, and when it went away later.
   std::chrono::milliseconds first_contact_patience{5'000};
   std::chrono::milliseconds later_patience{120'000};

@@ -20,20 +20,20 @@ bool WatchProgress::take(v1::WatchJobResponse& response, const JobCalls::WatchHa
     last = response.status();
     after = 0;
     restarted = true;
-    if (handlers.restart) handler = handlers.restart();
+    if (handlers.restart) handler_status = handlers.restart();
     return false;
   }
   for (const v1::UnitResult& result : response.results()) {
     if (result.sequence() <= after) continue;
-    handler = handlers.result(result);
-    if (!handler.ok()) break;
+    handler_status = handlers.result(result);
+    if (!handler_status.ok()) break;
     after = result.sequence();
   }
   if (response.has_status()) {
     last = response.status();
     if (handlers.status) handlers.status(last);
   }
-  return handler.ok();
+  return handler_status.ok();
 }
 
 bool has_ended(v1::JobState state) {

@@ -52,7 +52,7 @@ struct WatchProgress {
   std::uint64_t after = 0;  // the last result handled
   v1::JobStatus last;
   bool restarted = false;  // results turned out to be wrong: again from the first one
-  absl::Status handler;    // what a handler said
+  absl::Status handler_status;
 
   /// Hands on what came. False when the watch is to be begun anew after `after`, or a handler has failed.
   bool take(v1::WatchJobResponse& response, const JobCalls::WatchHandlers& handlers);

@@ -11,7 +11,7 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::uint64_t kMaxPixels = std::uint64_t{1} << 28;        // in memory
+constexpr std::uint64_t kMaxPixelsInMemory = std::uint64_t{1} << 28;
 constexpr std::uint64_t kMaxPixelsInFile = std::uint64_t{1} << 32;  // a film of the largest size
 
 std::string describe(const wire::TileResult& r) {
@@ -59,7 +59,8 @@ absl::StatusOr<Assembler> Assembler::create(AssemblyOptions options) {
     return absl::InvalidArgumentError(absl::StrCat("assembly: ", what));
   };
   const Window& crop = options.crop;
-  if (options.width > kMaxPixels || options.height > kMaxPixels) return fail("the film is too large");
+  if (options.width > kMaxPixelsInMemory || options.height > kMaxPixelsInMemory)
+    return fail("the film is too large");
   if (crop.x0 < 0 || crop.y0 < 0 || crop.x1 <= crop.x0 || crop.y1 <= crop.y0 ||
       std::uint32_t(crop.x1) > options.width || std::uint32_t(crop.y1) > options.height) {
     return fail("the crop is empty or not inside the film");
@@ -110,7 +111,7 @@ absl::Status Assembler::make_frame() {
   const std::uint64_t bytes = pixels * frame_.channels.size() * sizeof(float);
   const std::size_t most = options_.max_frame_bytes;
   const bool in_file = options_.tile_size > 0 && bytes > most;
-  if (pixels > (in_file ? kMaxPixelsInFile : kMaxPixels))
+  if (pixels > (in_file ? kMaxPixelsInFile : kMaxPixelsInMemory))
     return absl::InvalidArgumentError("assembly: the crop is too large");
   if (in_file) {
     std::vector<std::size_t> marked;

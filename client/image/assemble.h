@@ -19,7 +19,7 @@ namespace tessera::client {
 
 struct AssemblyOptions {
   std::uint32_t width = 0, height = 0;  // size of the film
-  Window crop;                          // what is rendered of it
+  Window crop;                          // the part of it that is rendered
   std::uint32_t spp = 0;
   std::vector<wire::ChannelDesc> channels;  // wire::channels_for_aovs
   // Lists among the channels that become Cryptomattes; others stay as they are.

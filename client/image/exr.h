@@ -28,7 +28,7 @@ struct ExrFormat {
   ExrCompression compression = ExrCompression::kZip;
   ChannelNames names = ChannelNames::kTessera;
   std::uint32_t tile_size = 0;    // pixels each way; 0: scanlines
-  bool mipmaps = false;           // with tiles: each level half as large, a mean of four pixels
+  bool mipmaps = false;           // only with tiles: each level half as large, a mean of four pixels
   std::uint32_t matte_ranks = 6;  // things that a pixel of Cryptomatte tells (image/cryptomatte.h)
   // Pixels of a larger frame are kept in a temporary file until they are written, bytes; absent: by what the
   // machine has.

@@ -16,7 +16,7 @@ namespace tessera::client {
 /// Something that is wrong with an element of a scene.
 struct SceneFault {
   const void* element;  // part of the scene's message
-  std::string place;    // for people: "shape 12 (lamp)"
+  std::string place;    // "shape 12 (lamp)", for people
   std::string message;
 };
 

@@ -243,7 +243,7 @@ class BenchTurns {
       absl::StatusOr<BenchPhases> phases = scenes_[i]->make_phases(seed_offset_, stop_);
       if (!phases.ok()) return phases.status();
       renders_[i].cost += phases->cost;
-      prepared_.push_back(std::move(phases->prepared));
+      prepared_by_scene_.push_back(std::move(phases->prepared));
     }
     {
       std::vector<std::jthread> helpers;
@@ -270,7 +270,7 @@ class BenchTurns {
     render::TileRequest tile = scenes_[scene]->parts_->tiles[index];
     tile.sample_end = spp_;
     tile.seed_offset = seed_offset_;
-    tile.prepared = prepared_[scene].get();
+    tile.prepared = prepared_by_scene_[scene].get();
     render::RenderStats stats;
     const std::chrono::nanoseconds start = base::thread_cpu_time();
     absl::StatusOr<wire::TileResult> result = scenes_[scene]->parts_->scene->render_tile(tile, stop_, stats);
@@ -291,7 +291,7 @@ class BenchTurns {
   const std::uint32_t spp_;
   const std::uint64_t seed_offset_;
   const std::stop_token stop_;
-  std::vector<std::shared_ptr<const render::Prepared>> prepared_;  // of each scene
+  std::vector<std::shared_ptr<const render::Prepared>> prepared_by_scene_;
   std::atomic<std::size_t> next_ = 0;
   std::mutex mutex_;
   std::vector<BenchRender> renders_;

@@ -35,7 +35,7 @@ struct BenchCost {
 };
 
 struct BenchRender {
-  std::vector<wire::TileResult> tiles;  // in no particular order
+  std::vector<wire::TileResult> tiles;  // the order is not defined
   BenchCost cost;
 };
 
@@ -92,7 +92,7 @@ class BenchScene {
   std::map<std::string, double> structure() const;
   /// Warnings of what the scene asked for and was approximated or left out.
   const std::vector<std::string>& warnings() const;
-  /// What this integrator would never find of the scene's light, in words; empty where it finds all.
+  /// Describes the light of the scene that this integrator would never find; empty where it finds all.
   std::string unseen_light(const std::string& integrator) const;
 
   /// Makes all phases of the algorithm on this thread, with the job's seed plus `seed_offset`. Cancelled when

@@ -40,7 +40,7 @@ using Columns = std::span<const char* const>;
 using TakeRow = std::function<void(const Row&)>;
 
 struct GeometryOptions {
-  double shutter_time = 0;  // from 0 (it opens) to 1
+  double shutter_time = 0;  // 0: the shutter opens, 1: it closes
   // The point of world space about which coordinates are rounded to floats; none: as when it is rendered.
   std::optional<std::array<double, 3>> origin;
   int threads = 1;  // threads for building

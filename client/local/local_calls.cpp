@@ -102,7 +102,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
 
   const bool status_only = !handlers.result;
   WatchProgress progress;
-  std::uint64_t after = 0;  // with results that are not of the picture
+  std::uint64_t after = 0;  // counts results that are not of the picture, too
   while (!stop.stop_requested()) {
     if (farm_.stopping()) return wait_for_cause(stop);
     absl::StatusOr<server::WatchBatch> batch = farm_.next_results(job_id, after, status_only);
@@ -110,7 +110,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
     const bool more = batch->last > after;
     after = batch->last;
     if (!progress.take(batch->response, handlers)) {
-      if (!progress.handler.ok()) return progress.handler;
+      if (!progress.handler_status.ok()) return progress.handler_status;
       if (std::exchange(progress.restarted, false)) after = 0;
       continue;
     }

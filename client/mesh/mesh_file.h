@@ -29,8 +29,8 @@ absl::Status check_glb_size(std::uint64_t vertices, std::uint64_t triangles);
 /// unclamped. Errors are those of check_glb_size.
 absl::StatusOr<std::string> to_glb(const LitMesh& mesh);
 
-/// By the extension of a file's name, in capitals or not. InvalidArgument where it is neither .ply nor .glb,
-/// or to_glb has it.
+/// The bytes of the format that the extension of `path` names, in capitals or not. InvalidArgument where it
+/// is neither .ply nor .glb, or to_glb has it.
 absl::StatusOr<std::string> mesh_bytes(const LitMesh& mesh, const std::string& path);
 
 /// The same error, before there is a mesh.

@@ -38,7 +38,7 @@ struct PilotCandidate {
 /// The job that a pilot is about.
 struct PilotJob {
   std::uint32_t width = 0, height = 0;           // the film
-  std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // what is rendered of it
+  std::uint32_t x0 = 0, y0 = 0, x1 = 0, y1 = 0;  // the part of it that is rendered
   std::uint32_t spp = 1;
 
   double pixels() const { return double(x1 - x0) * double(y1 - y0); }

@@ -13,7 +13,7 @@ namespace tessera::client {
 /// One part of a job, rendered.
 struct PartCost {
   double cpu_seconds = 0;  // time for all of the part's samples
-  double samples = 0;      // those that all of its pixels take together
+  double samples = 0;      // samples of all of its pixels together
   double capped = 0;       // pixels that take all samples they may
   double spent = 0;        // CPU seconds of finding out
 };

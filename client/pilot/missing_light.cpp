@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::uint32_t kGrids[] = {1, 4};    // blocks across and down
 constexpr std::uint32_t kLeastBlockSide = 2;  // pixels
-constexpr double kSignificance = 1e-2;        // of all tests together
+constexpr double kSignificance = 1e-2;        // level of all tests together
 
 /// The mean area of the passes' disks, relative to the first's.
 double disk_area(const PilotImage& image) {

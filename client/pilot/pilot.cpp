@@ -14,11 +14,11 @@ namespace {
 constexpr double kProbePixels = 1024;
 constexpr std::uint32_t kProbes = 3;        // the median tells the cost of a sample
 constexpr std::uint32_t kFirstImages = 8;   // before anything is judged
-constexpr std::uint32_t kUsualImages = 16;  // from which on candidates are dropped
+constexpr std::uint32_t kUsualImages = 16;  // candidates are dropped from here on
 constexpr std::uint32_t kMostImages = 64;
 constexpr double kLeastPixels = 192, kMostPixels = 4096;
-constexpr std::uint32_t kMostSamples = 16;  // of a pixel in a picture
-constexpr double kClear = 3;                // standard errors
+constexpr std::uint32_t kMostSpp = 16;
+constexpr double kClear = 3;  // standard errors
 /// Independent pictures have seeds from here on, which neither the job nor bench's references have.
 constexpr std::uint64_t kFirstSeed = std::uint64_t{3} << 40;
 
@@ -87,8 +87,9 @@ class Pilot {
         continue;
       quickest = quickest > 0 ? std::min(quickest, costs_[c]) : costs_[c];
     }
-    const double job = plan_.read_seconds + build_seconds_ + quickest * plan_.job.pixels() * plan_.job.spp;
-    return kPilotShare * job - renderer_.spent_seconds() + (plan_.keeps_scene ? build_seconds_ : 0);
+    const double job =
+        plan_.read_seconds + first_build_seconds_ + quickest * plan_.job.pixels() * plan_.job.spp;
+    return kPilotShare * job - renderer_.spent_seconds() + (plan_.keeps_scene ? first_build_seconds_ : 0);
   }
 
   /// CPU seconds of a sample of a pixel of each that is in the race.
@@ -110,7 +111,7 @@ class Pilot {
     const auto others = static_cast<double>(
         std::count_if(outcome_.entries.begin() + static_cast<std::ptrdiff_t>(probed), outcome_.entries.end(),
                       [](const PilotOutcome::Entry& entry) { return !entry.dropped; }));
-    const double build = std::ranges::count(costs_, 0.0) + 1 == std::ssize(costs_) ? build_seconds_ : 0;
+    const double build = std::ranges::count(costs_, 0.0) + 1 == std::ssize(costs_) ? first_build_seconds_ : 0;
     const double probes = others * usual_cost() * kProbes * static_cast<double>(outcome_.frame.pixels());
     const double pictures =
         (cost_of_all() + others * usual_cost()) * kUsualImages * std::min(kLeastPixels, plan_.job.pixels());
@@ -130,7 +131,7 @@ class Pilot {
     }
     if (!seconds.ok()) return seconds.status();
     outcome_.build_seconds += *seconds;
-    if (build_seconds_ == 0) build_seconds_ = *seconds;
+    if (first_build_seconds_ == 0) first_build_seconds_ = *seconds;
     return absl::OkStatus();
   }
 
@@ -202,10 +203,10 @@ class Pilot {
   /// between candidates, and most of it is there with 16.
   void plan_pictures(double samples) {
     const double of_an_image = samples / kUsualImages;
-    const auto most = std::min(kMostSamples, std::bit_floor(plan_.job.spp));
+    const auto most = std::min(kMostSpp, std::bit_floor(plan_.job.spp));
     const double fewest = std::min(kLeastPixels, plan_.job.pixels());
-    samples_ = std::bit_floor(static_cast<std::uint32_t>(std::clamp<double>(of_an_image / fewest, 1, most)));
-    outcome_.frame = frame_of(plan_.job, std::clamp(of_an_image / samples_, kLeastPixels, kMostPixels));
+    spp_ = std::bit_floor(static_cast<std::uint32_t>(std::clamp<double>(of_an_image / fewest, 1, most)));
+    outcome_.frame = frame_of(plan_.job, std::clamp(of_an_image / spp_, kLeastPixels, kMostPixels));
   }
 
   std::size_t racing() const {
@@ -215,7 +216,7 @@ class Pilot {
 
   /// The number of these images that the time is enough for; it is even.
   std::uint32_t affordable_images(std::uint32_t wanted) const {
-    const double cost = cost_of_all() * static_cast<double>(outcome_.frame.pixels()) * samples_;
+    const double cost = cost_of_all() * static_cast<double>(outcome_.frame.pixels()) * spp_;
     const double more = std::clamp<double>(std::floor(left() / cost), 0, wanted - done_);
     const std::uint32_t images = done_ + static_cast<std::uint32_t>(more) / 2 * 2;
     return done_ == 0 ? std::max(images, std::min(wanted, kFirstImages)) : images;
@@ -242,11 +243,11 @@ class Pilot {
     absl::Status status;
     const auto work = [&] {
       for (std::size_t i = next++; i < tasks.size(); i = next++) {
-        const std::uint32_t begin = begin_of(tasks[i].image, samples_, plan_.job.spp);
-        absl::StatusOr<PilotImage> image =
-            stop_.stop_requested() ? absl::CancelledError("interrupted")
-                                   : renderer_.render(entry_of_[tasks[i].candidate], begin, begin + samples_,
-                                                      kFirstSeed + tasks[i].image);
+        const std::uint32_t begin = begin_of(tasks[i].image, spp_, plan_.job.spp);
+        absl::StatusOr<PilotImage> image = stop_.stop_requested()
+                                               ? absl::CancelledError("interrupted")
+                                               : renderer_.render(entry_of_[tasks[i].candidate], begin,
+                                                                  begin + spp_, kFirstSeed + tasks[i].image);
         const std::lock_guard lock{mutex};
         if (!image.ok()) {
           status.Update(image.status());
@@ -283,7 +284,7 @@ class Pilot {
       PilotOutcome::Entry& own = entry(c);
       own.judgement = judgements[c];
       own.images = static_cast<std::uint32_t>(candidates_[c].images.size());
-      own.samples = samples_;
+      own.samples = spp_;
       costs_[entry_of_[c]] = judgements[c].cpu_seconds / plan_.job.pixels() / plan_.job.spp;
       if (c == best) continue;
       const double error = std::hypot(judgements[best].uncertainty, judgements[c].uncertainty);
@@ -302,11 +303,11 @@ class Pilot {
   std::vector<PilotCandidate> candidates_;  // without those that cannot render the scene
   std::vector<std::size_t> entry_of_;       // each candidate's
   std::vector<double> costs_;               // CPU seconds of a sample of a pixel; 0: not known
-  double build_seconds_ = 0;                // of the first scene
+  double first_build_seconds_ = 0;
   absl::Status first_refusal_;
-  bool is_asked_ = false;      // who finds all of the light
-  std::uint32_t samples_ = 1;  // of a pixel in a picture
-  std::uint32_t done_ = 0;     // images of each candidate that is not dropped
+  bool is_asked_ = false;   // who finds all of the light
+  std::uint32_t spp_ = 1;   // samples per pixel of a picture
+  std::uint32_t done_ = 0;  // images of each candidate that is not dropped
   PilotOutcome outcome_;
 };
 

@@ -59,7 +59,7 @@ struct PilotOutcome {
     std::string refusal;        // why it cannot render the scene, or is not to
     bool is_blind = false;      // it is left out, since others find light that it never does
   };
-  std::vector<Entry> entries;  // in the order of the candidates
+  std::vector<Entry> entries;  // one for each candidate, in their order
   std::size_t best = 0;
   bool judged = false;   // false: the time was too short, and the first candidate is taken
   bool is_clear = true;  // the best is ahead of all others by more than three standard errors

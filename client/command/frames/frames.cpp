@@ -85,7 +85,7 @@ class SharedOrigin {
 struct Ends {
   std::size_t done = 0;
   std::vector<std::int64_t> failed, raw;  // without a whole image; not denoised
-  int last_code = kDone;                  // of those that failed
+  int last_failure_code = kDone;
 
   void note(std::int64_t frame, int exit_code) {
     if (exit_code == kDone) {
@@ -94,7 +94,7 @@ struct Ends {
       raw.push_back(frame);
     } else {
       failed.push_back(frame);
-      last_code = exit_code;
+      last_failure_code = exit_code;
     }
   }
 };
@@ -186,7 +186,7 @@ int run_frames(const RenderOptions& asked, std::size_t ahead, const StartFrame& 
     ends.note(frame.number, frame.job());
   };
   for (const std::int64_t number : in_order(options.frames.frames, options.frames.order)) {
-    if (stop.stop_requested() || ends_all(ends.last_code)) break;
+    if (stop.stop_requested() || ends_all(ends.last_failure_code)) break;
     RenderOptions frame = options_of_frame(options, number);
     if (options.frames.skip_existing && is_there(frame)) {
       ++skipped;
@@ -211,7 +211,9 @@ int run_frames(const RenderOptions& asked, std::size_t ahead, const StartFrame& 
   if (stop.stop_requested()) return kInterrupted;
   if (!ends.failed.empty()) {
     const std::string text = absl::StrCat("frames without a whole image: ", list_of_frames(ends.failed));
-    return report(ends_all(ends.last_code) ? static_cast<ExitCode>(ends.last_code) : kFramesFailed, text);
+    return report(
+        ends_all(ends.last_failure_code) ? static_cast<ExitCode>(ends.last_failure_code) : kFramesFailed,
+        text);
   }
   if (!ends.raw.empty())
     return report(kNotDenoised, "frames that are not denoised: " + list_of_frames(ends.raw));

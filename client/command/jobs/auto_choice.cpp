@@ -152,7 +152,7 @@ class SceneRenderer final : public PilotRenderer {
   const std::shared_ptr<render::SharedContents> contents_ = make_shared_contents();
   std::vector<std::unique_ptr<BenchScene>> scenes_;
   PilotFrame frame_;
-  std::atomic<double> told_seconds_ = 0;  // by the options, in all pictures so far
+  std::atomic<double> told_seconds_ = 0;  // CPU time of all pictures so far by options_.sample_cpu_seconds
 };
 
 PilotJob pilot_job(const v1::JobSpec& spec) {
@@ -276,7 +276,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> as_continued(const JobSettings& req
 /// How the first of the candidates became that.
 struct Tried {
   v1::AutoChoice choice;
-  std::shared_ptr<const BuiltScene> built = nullptr;  // of the first
+  std::shared_ptr<const BuiltScene> first_scene = nullptr;
 };
 
 /// Tries these; puts the best first. `start`: CPU time of the process when all this began.
@@ -344,7 +344,7 @@ absl::StatusOr<ChosenJob> choose_job(const JobSettings& request, const ImportedS
   }
   std::unique_ptr<PreparedJob> job = std::move(able.front()->job);
   *job->spec.mutable_farm()->mutable_auto_choice() = std::move(tried->choice);
-  return ChosenJob{std::move(job), std::move(tried->built)};
+  return ChosenJob{std::move(job), std::move(tried->first_scene)};
 }
 
 }  // namespace tessera::client

@@ -48,8 +48,8 @@ struct FollowOptions {
   bool quiet = false;                   // no progress on stderr
   std::function<bool()> building = {};  // whether a worker of its own builds the scene
   // Bytes of a frame that may be kept in memory; a larger one has its pixels in FollowedImage::rows.
-  std::uint64_t frame_memory = UINT64_MAX;  // of all views together
-  std::vector<MatteList> mattes = {};       // what lists of identifiers become
+  std::uint64_t frame_memory = UINT64_MAX;  // the sum over all views
+  std::vector<MatteList> mattes = {};       // the Cryptomattes that lists of identifiers become
   // Each result of view 0 as it comes, where somebody looks on; and that all of them come again, for some
   // were wrong.
   std::function<void(const wire::TileResult&)> show = {};

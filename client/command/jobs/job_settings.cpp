@@ -24,8 +24,8 @@ namespace {
 // a sample begins with seconds. The coordinator leases several as one as soon as it knows
 // (docs/decisions/0020-unit-size.md).
 constexpr std::uint64_t kSamplesPerUnit = std::uint64_t{1} << 14;
-constexpr std::uint64_t kUsualUnits = std::uint64_t{1}
-                                      << 20;  // of a job, at most; the coordinator remembers each
+// A job has no more units than this: the coordinator remembers each.
+constexpr std::uint64_t kMostUnits = std::uint64_t{1} << 20;
 constexpr std::uint32_t kTileSize = 32;
 // With a border, whose samples are for this tile alone. As wide as the filter: 3 % of the samples with a
 // border of one pixel, where smaller tiles would have 6 and 13. As wide as groups that share light: 11 %, for
@@ -203,7 +203,7 @@ absl::StatusOr<v1::PixelRect> parse_crop(std::string_view text) {
 
 std::uint32_t samples_per_unit(std::uint64_t pixels, std::uint64_t tiles, std::uint32_t spp) {
   const std::uint64_t wanted = std::bit_floor(std::max<std::uint64_t>(1, kSamplesPerUnit / pixels));
-  const std::uint64_t least = std::bit_ceil((tiles * spp + kUsualUnits - 1) / kUsualUnits);
+  const std::uint64_t least = std::bit_ceil((tiles * spp + kMostUnits - 1) / kMostUnits);
   return static_cast<std::uint32_t>(std::min<std::uint64_t>(std::max(wanted, least), std::bit_ceil(spp)));
 }
 

@@ -29,7 +29,7 @@ struct JobSettings {
   std::uint32_t overscan = 0;                   // pixels on each side that the film has more
   std::optional<std::uint32_t> view;            // alone, which the scene's camera is already
   v1::RenderSettings settings;                  // over those of the scene, field by field
-  std::optional<v1::PixelFilter::Kind> filter;  // with its usual radius
+  std::optional<v1::PixelFilter::Kind> filter;  // its radius is the usual one
   // The same settings are for several integrators: those that one has not are left out, else refused.
   bool several_integrators = false;
   std::optional<std::uint32_t> tile_size;

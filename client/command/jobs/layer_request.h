@@ -15,7 +15,7 @@ namespace tessera::client {
 
 /// Layers that --layers and --aov ask for; none: as the scene has it.
 struct LayerRequest {
-  std::optional<std::vector<layers::Layer>> layers;  // they take the place of the scene's
+  std::optional<std::vector<layers::Layer>> layers;  // layers in place of the scene's
   std::optional<std::uint32_t> bounces;              // a layer for each number of events up to this one
   bool lights = false;                               // a layer for each light, or group of lights
   bool emission = false;                             // a layer of light that is seen directly

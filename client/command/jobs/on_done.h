@@ -9,7 +9,7 @@
 namespace tessera::client {
 
 struct OnDone {
-  std::string command;  // for /bin/sh; empty: none
+  std::string command;  // run by /bin/sh; empty: none
 
   /// Runs the command, however the job ended, and waits for it. It has TESSERA_JOB (the id), TESSERA_NAME,
   /// TESSERA_STATE ("done", "failed", "cancelled", "incomplete"), TESSERA_ERROR and TESSERA_OUTPUT (the

@@ -20,7 +20,7 @@ absl::Status check_writable(const std::string& path);
 /// Whether the name of a file says so.
 bool is_exr(const std::string& path);
 
-/// By extension: a linear EXR, or a tone-mapped PNG.
+/// Chooses the format by extension: a linear EXR, or a tone-mapped PNG.
 absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr = {});
 /// The same of an image whose planes have names, but no values: those are `rows`.
 absl::Status write_image(const Image& image, Rows& rows, const std::string& path, const ExrFormat& exr = {});

@@ -74,7 +74,7 @@ std::string format_count(double count) {
 }
 
 std::string format_duration(double seconds) {
-  constexpr double kMax = 1e9, kRounding = 1e-6;  // of the arithmetic before
+  constexpr double kMax = 1e9, kRounding = 1e-6;  // kRounding: error of the arithmetic before
   const auto whole = static_cast<std::int64_t>(std::ceil(std::clamp(seconds - kRounding, 0.0, kMax)));
   const std::int64_t hours = whole / 3600, minutes = whole / 60 % 60;
   if (hours > 0) return absl::StrFormat("%d:%02d:%02d", hours, minutes, whole % 60);

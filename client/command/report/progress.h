@@ -29,7 +29,7 @@ struct ProgressState {
   double elapsed_seconds = 0;
   double samples_per_second = 0;  // 0: not known yet
   double seconds_left = 0;        // 0: not known
-  std::string waits_for = "";     // what goes on while nothing is done yet
+  std::string waits_for = "";     // reason why nothing is done yet
 };
 
 /// "cornell-box [=====>    ]  52%  33.4M of 64.0M samples  12.3M/s  0:02 left", without end of line, at most
@@ -84,9 +84,9 @@ class Progress {
   int columns_;
   ProgressState state_;
   TimePoint start_;
-  std::optional<Point> baseline_;  // what was done when we began to look is not part of the rate
+  std::optional<Point> baseline_;  // state when we began to look: not part of the rate
   std::optional<Point> drawn_;     // last
-  std::string told_;               // what it said then that it waits for
+  std::string told_;               // ProgressState::waits_for as last drawn
   bool bar_shown_ = false;
 };
 

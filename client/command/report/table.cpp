@@ -12,7 +12,7 @@ namespace tessera::client {
 namespace {
 
 constexpr std::size_t kGap = 2;
-constexpr std::size_t kNarrowest = 8;  // of a column that shrinks
+constexpr std::size_t kNarrowestColumn = 8;  // columns that shrink keep this width
 constexpr char kCut[] = "...";
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
@@ -53,7 +53,7 @@ std::vector<std::size_t> Table::widths(std::size_t width) const {
   while (width > 0 && sum > width) {
     std::size_t widest = columns_.size();
     for (std::size_t c = 0; c < columns_.size(); ++c) {
-      if (!columns_[c].shrinks || widths[c] <= kNarrowest) continue;
+      if (!columns_[c].shrinks || widths[c] <= kNarrowestColumn) continue;
       if (widest == columns_.size() || widths[c] > widths[widest]) widest = c;
     }
     if (widest == columns_.size()) break;

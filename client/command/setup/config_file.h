@@ -14,7 +14,7 @@ namespace tessera::client {
 /// "defaults.OPTION" and "COMMAND.OPTION".
 struct ConfigValue {
   std::string key;
-  std::string text;   // as on a command line; elements of a list are joined by commas
+  std::string text;   // command-line form; elements of a list are joined by commas
   std::string place;  // "/home/anna/.config/tessera/config.toml:3"
 };
 

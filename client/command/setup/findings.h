@@ -14,8 +14,8 @@ enum class Health { kWell, kNote, kFault };
 struct Finding {
   Health health;
   std::string subject;  // "certificates"
-  std::string text;     // what is so
-  std::string advice;   // what to do; empty: nothing
+  std::string text;     // the state found
+  std::string advice;   // recommended action; empty: none
 };
 
 /// This machine: kernels that its processor can run, memory, room on the disks of caches and data.

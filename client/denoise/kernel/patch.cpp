@@ -9,7 +9,7 @@ using lanes::load;
 
 /// Distances of single pixels from x = -radius on.
 void pixel_row(const PatchTask& task, int y, int dx, int dy, int count, float* out) {
-  constexpr float kLeast = 1e-10f;  // of a variance
+  constexpr float kLeastVariance = 1e-10f;
   const float share = 1.0f / static_cast<float>(task.channels);
   for (int x = 0; x < count + 2 * task.patch_radius; x += kLanes) {
     Lanes sum = {};
@@ -20,7 +20,7 @@ void pixel_row(const PatchTask& task, int y, int dx, int dy, int count, float* o
       const Lanes difference = at(task.value[c], dx, dy) - at(task.value[c], 0, 0);
       const Lanes p = lanes::smaller(at(task.variance[c], 0, 0), kMostVariance * at(task.usual[c], dx, dy));
       const Lanes q = lanes::smaller(at(task.variance[c], dx, dy), kMostVariance * at(task.usual[c], 0, 0));
-      sum += (difference * difference - (p + lanes::smaller(p, q))) / (p + q + kLeast);
+      sum += (difference * difference - (p + lanes::smaller(p, q))) / (p + q + kLeastVariance);
     }
     // Beyond this, nothing is alike, and sums of it would lose what is small.
     lanes::store(lanes::smaller(sum * share, lanes::all(1e4f)), out + x);

@@ -23,7 +23,7 @@ class LevelWriter {
   struct Level {
     std::int32_t width, height;
     std::int32_t rows_added = 0;
-    std::vector<Row> band{};  // those that are not written
+    std::vector<Row> band{};  // rows not written yet
     Row above{};              // the first of a pair of rows
   };
 

@@ -43,12 +43,12 @@ std::size_t ExrPart::bytes() const {
 }
 
 absl::StatusOr<std::vector<ExrPart>> parts_of(const Image& image, const ExrFormat& format) {
-  std::map<std::string, ExrPart> by_layer;  // of our own names, so that the picture comes first
+  std::map<std::string, ExrPart> part_by_layer;  // keys are our own names, so that the picture comes first
   std::set<std::string> names;
   for (std::size_t plane = 0; plane < image.channels.size(); ++plane) {
     const std::string& own = image.channels[plane].name;
     const std::string layer(format.multipart ? layer_of(own) : "");
-    ExrPart& part = by_layer[layer];
+    ExrPart& part = part_by_layer[layer];
     PartChannel channel{.name = channel_name(own, format.names),
                         .plane = plane,
                         .half = stored_as_half(own, format),
@@ -70,7 +70,7 @@ absl::StatusOr<std::vector<ExrPart>> parts_of(const Image& image, const ExrForma
     part.channels.push_back(std::move(channel));
   }
   std::vector<ExrPart> parts;
-  for (auto& [layer, part] : by_layer) {
+  for (auto& [layer, part] : part_by_layer) {
     std::ranges::sort(part.channels, {}, &PartChannel::name);
     parts.push_back(std::move(part));
   }

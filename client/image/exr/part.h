@@ -21,7 +21,7 @@ struct PartChannel {
 
 struct ExrPart {
   std::string name;                   // empty: the only one
-  std::vector<PartChannel> channels;  // in the order of the file, which is that of their names
+  std::vector<PartChannel> channels;  // sorted by name, as in the file
   ExrCompression compression = ExrCompression::kZip;
 
   /// The bytes of a pixel.

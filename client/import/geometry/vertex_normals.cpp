@@ -46,7 +46,7 @@ void compute_vertex_normals(wire::MeshData& mesh, const Imath::M44d& world_from_
 
 bool keeps_angles(const Imath::M44d& t) {
   // Transposed times itself must be a multiple of the identity.
-  constexpr double kRounding = 1e-5;  // of matrices written with seven digits
+  constexpr double kRounding = 1e-5;  // error of matrices written with seven digits
   double gram[3][3];
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) gram[i][j] = t[i][0] * t[j][0] + t[i][1] * t[j][1] + t[i][2] * t[j][2];

@@ -80,7 +80,7 @@ class Animator {
       const Json* target = member(&channel, "target");
       const std::optional<std::size_t> node = index_of(target, "node");
       const Path path = path_of(text_of(target, "path"));
-      if (!node) continue;  // of an extension
+      if (!node) continue;  // its target is an extension's
       if (path == Path::kOther) {
         context_.error(below(below(at, "target"), "path"),
                        "expected translation, rotation, scale or weights");

@@ -26,7 +26,7 @@ struct Context {
   std::string_view glb_binary_chunk;
   GltfOptions options;
   bool is_converted = false;        // made by a converter: of sound numbers, but not all that glTF demands
-  std::uint64_t elements_left = 0;  // those that may still be read: many accessors may share few bytes
+  std::uint64_t elements_left = 0;  // elements that may still be read: many accessors may share few bytes
   std::uint64_t pixels_left = std::uint64_t{1} << 28;  // pixels of images that may still be changed
 
   /// Messages have the file and the place in it: "scene.gltf: /meshes/0/primitives/1: ...".

@@ -15,7 +15,7 @@ Imath::V3d vector_of(const Json* object, const char* name, const Imath::V3d& fal
 bool is_decomposable(const Imath::M44d& t) {
   const Imath::V3d axes[3] = {
       {t[0][0], t[0][1], t[0][2]}, {t[1][0], t[1][1], t[1][2]}, {t[2][0], t[2][1], t[2][2]}};
-  constexpr double kRounding = 1e-3;  // of matrices that were written with few digits
+  constexpr double kRounding = 1e-3;  // error of matrices written with few digits
   for (int i = 0; i < 3; ++i) {
     const Imath::V3d &a = axes[i], &b = axes[(i + 1) % 3];
     const double lengths = length(a) * length(b);
@@ -33,7 +33,7 @@ void read_pose(Context& context, Node& node) {
   }
   if (matrix != nullptr) {
     pose.matrix.emplace();
-    // By columns, for column vectors: as rows, for row vectors.
+    // Columns, for column vectors, become rows, for row vectors.
     for (int i = 0; i < 16; ++i)
       (*pose.matrix)[i / 4][i % 4] = (*matrix)[static_cast<std::size_t>(i)].get<double>();
     for (int i = 0; i < 4; ++i) {

@@ -188,7 +188,7 @@ std::string sky_image() {
   const double half_angle = 20 / kDegrees;
   const Imath::V3d window = Imath::V3d(-0.5, 0.7, 0.6).normalized();
   std::string bytes = concat("PF\n", kWidth, " ", kHeight, "\n-1.0\n");
-  for (int row = kHeight - 1; row >= 0; --row) {  // from the lowest
+  for (int row = kHeight - 1; row >= 0; --row) {  // the lowest row first
     const double theta = std::numbers::pi * (row + 0.5) / kHeight;
     for (int column = 0; column < kWidth; ++column) {
       // u = 0.5 at +z, 0.25 at +x (light.proto).

@@ -11,7 +11,7 @@
 namespace tessera::client {
 namespace {
 
-constexpr std::size_t kMaxElements = std::size_t{1} << 31;  // of a mesh blob
+constexpr std::size_t kMaxElements = std::size_t{1} << 31;  // limit of a mesh blob
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 /// Position, texture coordinate and normal of a corner; kNone where it has none.
@@ -223,7 +223,7 @@ class ObjReader {
 
   ObjMesh result_;
   std::vector<float> positions_, uvs_, normals_;
-  std::vector<Corner> corners_;                   // of every vertex of the mesh
+  std::vector<Corner> corners_;                   // one for every vertex of the mesh
   std::vector<std::uint32_t> next_;               // chains vertices of the same position
   std::vector<std::uint32_t> first_of_position_;  // head of each chain
   std::size_t line_ = 0;

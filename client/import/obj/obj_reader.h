@@ -12,7 +12,7 @@ namespace tessera::client {
 
 struct ObjMesh {
   wire::MeshData mesh;
-  std::vector<std::string> warnings;  // what was approximated or not read
+  std::vector<std::string> warnings;  // things that were approximated or not read
 };
 
 /// Reads v, vt, vn and f; groups, objects and materials all become one mesh, other lines are skipped.

@@ -19,7 +19,7 @@ namespace {
 
 /// A PLY file on its way to a blob.
 struct MeshJob {
-  std::string file;  // as the scene names it
+  std::string file;  // the scene's name for it
   std::filesystem::path path;
   absl::Status status;
   std::string bytes;

@@ -15,7 +15,7 @@ struct LightInput {
   SceneTextures& textures;
   ParameterList& parameters;
   const Imath::M44d& world_from_light;
-  double scale;  // of the result, so far
+  double scale;  // scale of the result, so far
 
   Diagnostics& diagnostics() { return context.diagnostics; }
   double get_float(std::string_view name, double fallback) {

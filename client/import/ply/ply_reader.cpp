@@ -16,7 +16,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "binary values are read in place");
 
-constexpr std::uint64_t kMaxVertices = std::uint64_t{1} << 31;  // of a mesh blob
+constexpr std::uint64_t kMaxVertices = std::uint64_t{1} << 31;  // limit of a mesh blob
 constexpr std::uint64_t kMaxTriangles = std::uint64_t{1} << 31;
 
 template <typename T>

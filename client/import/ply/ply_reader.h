@@ -14,7 +14,7 @@ namespace tessera::client {
 struct PlyMesh {
   wire::MeshData mesh;
   std::vector<PlyAttribute> attributes;  // only when they are asked for
-  std::vector<std::string> warnings;     // what was approximated or not read
+  std::vector<std::string> warnings;     // things that were approximated or not read
 };
 
 /// Reads positions (x y z), normals (nx ny nz) and texture coordinates (u v, s t, texture_u texture_v or

@@ -14,7 +14,8 @@ struct MetalColor {
   std::array<double, 3> eta, k;
 };
 
-/// By Mitsuba's name ("Cr", "W", ...); those of which named_spectra.h has the spectrum are not here.
+/// Finds a metal by Mitsuba's name ("Cr", "W", ...); those of which named_spectra.h has the spectrum are not
+/// here.
 std::optional<MetalColor> find_metal_color(std::string_view name);
 
 /// All of them, in alphabetical order.

@@ -149,7 +149,7 @@ class PlaceNotes {
     note_instances(scene, locations);
     for (int i = 0; i < scene.objects_size(); ++i) {
       const auto* const objects = field<v1::Scene>("objects");
-      note(scene.objects(i), objects, i, locations, "");  // which messages name
+      note(scene.objects(i), objects, i, locations, "");  // messages name the object themselves
       Locations* const of_object = locations.GetTreeForNested(objects, i);
       if (of_object == nullptr) continue;
       note_shapes(scene.objects(i), *of_object);

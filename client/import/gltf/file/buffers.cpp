@@ -59,7 +59,7 @@ void BufferTable::open(std::size_t index) {
   std::string_view bytes;
   if (uri_member == nullptr) {
     if (index > 0 || context_.glb_binary_chunk.empty()) {
-      return;  // what views have of it is reported there: compressed ones have nothing
+      return;  // check_view() reports it where a view needs its bytes; a compressed one does not
     }
     bytes = context_.glb_binary_chunk;
   } else if (const auto& uri = uri_member->get_ref<const std::string&>(); is_data_uri(uri)) {

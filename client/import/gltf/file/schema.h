@@ -19,7 +19,7 @@ enum class Kind {
   kWord,     // a text of the list `of`, which spaces separate
   kCode,     // an integer of the list `of`
   kIndex,    // into the array `of` of the document
-  kObject,   // of the schema `of`
+  kObject,   // an object of the schema `of`
   kNumbers,  // arrays of those, from `least` to `most` elements
   kTexts,
   kIndices,  // each once

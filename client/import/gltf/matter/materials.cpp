@@ -116,7 +116,7 @@ struct MaterialTable::Writer {
                       : textures.changed_image(use, concat("scaled-", scale), false, scale_normal, scale);
   }
 
-  /// By alphaMode. `use` has the alpha, times `factor` and that of the vertices.
+  /// Follows alphaMode. `use` has the alpha, times `factor` and that of the vertices.
   bool write_opacity(const Json* json, const std::string& place, const TextureUse& use, double factor,
                      v1::Material& material) {
     const std::string mode = text_of(json, "alphaMode", "OPAQUE");

@@ -10,7 +10,7 @@ namespace mesh_rules {
 
 /// Formats of an attribute; `quantized` ones with KHR_mesh_quantization alone.
 struct Semantic {
-  std::string_view name;  // with '_' at its end, a number follows
+  std::string_view name;  // a number follows where '_' is at its end
   std::string_view formats, quantized;
 };
 
@@ -74,21 +74,22 @@ class MeshCheck {
   void check_primitive(const Json& primitive, const std::string& place) {
     const Json& attributes = *member(&primitive, "attributes");
     const std::string at = below(place, "attributes");
-    std::map<std::string, std::size_t> sets;  // by semantic
+    std::map<std::string, std::size_t> set_counts;
     for (const auto& [name, index] : attributes.items()) {
       check_attribute(name, static_cast<std::size_t>(index.get<double>()), kAttributes, below(at, name));
       if (const std::size_t end = name.find('_'); end != std::string::npos && end > 0)
-        ++sets[name.substr(0, end + 1)];
+        ++set_counts[name.substr(0, end + 1)];
     }
-    for (const auto& [semantic, count] : sets) {
+    for (const auto& [semantic, count] : set_counts) {
       for (std::size_t i = 0; i < count; ++i) {
         if (!attributes.contains(concat(semantic, i)))
           context_.error(
               at, concat("the numbers of ", semantic, " do not go from 0 on: ", semantic, i, " is missing"));
       }
     }
-    if (sets["JOINTS_"] != sets["WEIGHTS_"])
-      context_.error(at, concat(sets["JOINTS_"], " sets of joints, but ", sets["WEIGHTS_"], " of weights"));
+    if (set_counts["JOINTS_"] != set_counts["WEIGHTS_"])
+      context_.error(
+          at, concat(set_counts["JOINTS_"], " sets of joints, but ", set_counts["WEIGHTS_"], " of weights"));
     const std::size_t vertices = check_counts(attributes, at);
     check_indices(primitive, vertices, place);
     for (std::size_t t = 0; t < size_of(&primitive, "targets") && !context_.diagnostics.full(); ++t)

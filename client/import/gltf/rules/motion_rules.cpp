@@ -28,7 +28,7 @@ class AnimationCheck {
         continue;
       }
       const auto node = index_of(target, "node");
-      if (!node) continue;  // of an extension
+      if (!node) continue;  // its target is an extension's
       const std::string path = text_of(target, "path");
       const auto [known, is_new] = targets.try_emplace({*node, path}, c);
       if (!is_new) context_.error(below(at, "target"), concat("channel ", known->second, " moves the same"));

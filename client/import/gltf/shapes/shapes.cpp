@@ -20,7 +20,7 @@ std::string bytes_of(const std::vector<float>& values) {
 /// A primitive as a shape without a place.
 struct Part {
   v1::Shape shape;
-  Imath::V3d low, high;  // of its vertices
+  Imath::V3d low, high;  // bounds of its vertices
 };
 
 class ShapeWriter {
@@ -34,13 +34,14 @@ class ShapeWriter {
         reader_(context, buffers, accessors) {}
 
   Extent write() {
-    std::map<std::size_t, std::size_t> uses;  // of meshes
+    std::map<std::size_t, std::size_t> uses_by_mesh;
     for (const Node& node : nodes_) {
-      if (const auto mesh = shown_mesh(node)) uses[*mesh] += is_deformed(node, *mesh) ? 0 : count_of(node);
+      if (const auto mesh = shown_mesh(node))
+        uses_by_mesh[*mesh] += is_deformed(node, *mesh) ? 0 : count_of(node);
     }
     for (const Node& node : nodes_) {
       if (context_.diagnostics.full()) break;
-      if (const auto mesh = shown_mesh(node)) write_node(node, *mesh, uses[*mesh] > 1);
+      if (const auto mesh = shown_mesh(node)) write_node(node, *mesh, uses_by_mesh[*mesh] > 1);
     }
     check_unused();
     return extent_;

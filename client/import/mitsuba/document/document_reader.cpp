@@ -19,8 +19,8 @@
 namespace tessera::client::mitsuba {
 namespace {
 
-constexpr std::size_t kMaxIncludeDepth = 15;  // as Mitsuba's
-constexpr int kMaxNesting = 100;              // of elements in one file
+constexpr std::size_t kMaxIncludeDepth = 15;  // the same as Mitsuba's
+constexpr int kMaxNesting = 100;              // elements within one another in one file
 
 bool is_object_tag(std::string_view tag) {
   static const std::set<std::string_view> tags = {"scene", "sensor",  "film",       "emitter", "sampler",

@@ -35,7 +35,7 @@ class CycleCheck {
   struct Step {
     Object* object;
     std::size_t next = 0;    // property
-    std::size_t height = 0;  // of what is below, so far
+    std::size_t height = 0;  // height of the objects below, so far
   };
 
   void visit(Property& property, Object& child) {

@@ -51,7 +51,7 @@ struct Object {
   std::string type;  // the plugin; "scene" for the root
   std::string id;
   SourceLocation where;
-  std::vector<Property> properties;  // in the order of the file
+  std::vector<Property> properties;  // the order is that of the file
   bool is_read = false;  // a PropertyReader took it: a property that nobody asked for has no effect
 
   /// For messages: bsdf "diffuse".

@@ -9,7 +9,7 @@
 namespace tessera::client::mitsuba {
 
 enum class ColorUse {
-  kReflectance,  // within 0..1
+  kReflectance,  // values within 0..1
   kUnbounded,    // indices of refraction, extinction
   kEmission,
 };

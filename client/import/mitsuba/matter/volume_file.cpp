@@ -15,7 +15,7 @@ namespace {
 static_assert(std::endian::native == std::endian::little, "samples are read in place");
 
 constexpr std::size_t kHeaderBytes = 48;
-constexpr std::uint32_t kMaxSize = 65536;  // of a volume blob
+constexpr std::uint32_t kMaxSize = 65536;  // limit of a volume blob
 constexpr std::uint32_t kMaxChannels = 4;
 
 }  // namespace

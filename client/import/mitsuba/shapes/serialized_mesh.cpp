@@ -24,7 +24,7 @@ enum Flags : std::uint32_t {
   kFaceNormals = 0x0010,
   kDouble = 0x2000,
 };
-constexpr std::uint64_t kMaxElements = std::uint64_t{1} << 31;  // of a mesh blob
+constexpr std::uint64_t kMaxElements = std::uint64_t{1} << 31;  // limit of a mesh blob
 // Upper bound of what one mesh inflates to: guards against a few kilobytes that claim to be everything.
 constexpr std::size_t kMaxInflatedBytes = std::size_t{8} << 30;
 

@@ -47,7 +47,7 @@ void write_layer(ValueReader& values, Coat& coat) {
     *coat.mutable_albedo() = values.spectrum("albedo", 0, SpectrumUse::kReflectance);
   }
   coat.set_g(constant_of(values, "g", 0));
-  values.parameters().ignore({"maxdepth", "nsamples"});  // of pbrt's random walk
+  values.parameters().ignore({"maxdepth", "nsamples"});  // settings of pbrt's random walk
 }
 
 void write_coated_diffuse(ValueReader& values, const UseMaterial&, v1::Material& material) {

@@ -171,7 +171,7 @@ std::optional<std::vector<float>> read_samples(ValueReader& values, const Grid& 
 
 struct DensityUse {
   double scale = 1;   // factor of sigma_a and sigma_s
-  bool fades = true;  // to nothing at the border
+  bool fades = true;  // it falls to nothing at the border
 };
 
 /// Extinction as one channel where it is grey, and a constant albedo.

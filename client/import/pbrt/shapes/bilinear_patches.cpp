@@ -88,9 +88,9 @@ void append_patch(const Patch& patch, int steps, bool with_normals, wire::MeshDa
 
 BilinearTessellation tessellate_patches(const wire::MeshData& corners,
                                         const std::vector<std::uint32_t>& indices) {
-  constexpr double kFlat = 1e-3;  // of a patch's size: what exporters' roundings make of a parallelogram
-  constexpr double kTolerance = 2.5e-4;  // likewise
-  constexpr double kMostCells = 4e6;     // of all patches
+  // Shares of a patch's size. Exporters' roundings make the first of a parallelogram.
+  constexpr double kFlat = 1e-3, kTolerance = 2.5e-4;
+  constexpr double kMostCells = 4e6;  // total of all patches
   Warp warp;
   for (std::size_t i = 0; i < indices.size(); i += 4) {
     const Warp one = warp_of({corners, &indices[i]});

@@ -24,7 +24,7 @@ ShapeResult write_shape(const std::string& type, ValueReader& values, v1::Shape&
 void finish_shape(ValueReader& values, v1::Shape& shape, ShapeResult& result);
 
 struct SurfaceArea {
-  double total = 0;           // in world space
+  double total = 0;           // area in world space
   std::size_t triangles = 1;  // triangles of a mesh
   bool triangles_of_equal_area = true;
 };
