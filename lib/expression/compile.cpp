@@ -74,7 +74,7 @@ absl::StatusOr<Program> compile(const Expression& expression) {
     // A constant is loaded for each that uses it: kept, it would take a register for long.
     if (node.op == Op::kConstant && i != expression.root) continue;
     std::array<int, 3> from{-1, -1, -1};
-    std::vector<int> done;  // with these operands
+    std::vector<int> done;  // registers free after this node
     if (node.op <= Op::kZ) from[0] = static_cast<int>(node.op);
     for (std::size_t k = 0; k < 3; ++k) {
       const std::int32_t operand = node.from[k];

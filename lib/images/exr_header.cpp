@@ -26,7 +26,7 @@ T read_at(std::string_view bytes, std::size_t at) {
 
 /// Count of channels of a list that takes these bytes exactly; 0 for anything else.
 std::size_t count_channels(std::string_view list) {
-  constexpr std::size_t kRest = 16;  // of a channel, behind its name
+  constexpr std::size_t kRest = 16;  // bytes of a channel behind its name
   std::size_t count = 0;
   for (std::string_view name; take_string(list, name); ++count) {
     if (name.empty()) return list.empty() ? count : 0;
@@ -110,9 +110,10 @@ class Part {
     } else if (name == "channels") {
       channels_ = std::max(channels_, static_cast<double>(count_channels(value)));
     } else if (name == "compression" && value.size() == 1) {
-      constexpr int kLines[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};  // that are compressed together
-      lines_ = std::max(
-          lines_, kLines[std::min<std::size_t>(read_at<std::uint8_t>(value, 0), std::size(kLines) - 1)]);
+      // The index is the compression.
+      constexpr int kLinesPerBlock[] = {1, 1, 1, 16, 32, 16, 32, 32, 32, 256};
+      lines_ = std::max(lines_, kLinesPerBlock[std::min<std::size_t>(read_at<std::uint8_t>(value, 0),
+                                                                     std::size(kLinesPerBlock) - 1)]);
     }
   }
   bool empty() const { return attributes_ == 0; }

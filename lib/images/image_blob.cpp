@@ -17,7 +17,7 @@ absl::Status invalid(const std::string& name, const std::string& what) {
 
 struct Format {
   const char* name;              // OpenImageIO's
-  ImageReader reader = nullptr;  // of its plain forms, where there is one
+  ImageReader reader = nullptr;  // reads its plain forms; null: OpenImageIO reads all
 };
 
 /// Null when it is none that we read.

@@ -14,19 +14,19 @@ class Pixels {
 
   /// The next one; false where the file ends.
   bool next(std::uint32_t& rgba) {
-    if (runs_ && left_ == 0) {
+    if (runs_ && left_in_packet_ == 0) {
       if (data_.empty()) return false;
       const auto packet = static_cast<unsigned char>(data_.front());
       data_.remove_prefix(1);
-      left_ = (packet & 127) + 1;
+      left_in_packet_ = (packet & 127) + 1;
       repeats_ = (packet & 128) != 0;
     }
     if (data_.size() < size_) return false;
     const auto channel = [&](std::size_t i) { return std::uint32_t{static_cast<unsigned char>(data_[i])}; };
     rgba =
         0xff000000u | (size_ == 1 ? channel(0) * 0x010101u : channel(2) | channel(1) << 8 | channel(0) << 16);
-    if (runs_) --left_;
-    if (!repeats_ || left_ == 0) data_.remove_prefix(size_);
+    if (runs_) --left_in_packet_;
+    if (!repeats_ || left_in_packet_ == 0) data_.remove_prefix(size_);
     return true;
   }
 
@@ -34,7 +34,7 @@ class Pixels {
   std::string_view data_;
   const std::size_t size_;
   const bool runs_;
-  unsigned left_ = 0;  // in the packet
+  unsigned left_in_packet_ = 0;
   bool repeats_ = false;
 };
 

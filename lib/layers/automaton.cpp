@@ -169,7 +169,7 @@ class PositionAutomaton {
   }
 
   std::map<const Node*, Positions> positions_of_;
-  std::vector<Positions> follow_;  // of each position
+  std::vector<Positions> follow_;  // positions that may follow each position
   std::vector<std::uint32_t> layers_of_last_;
   Positions first_;
   bool full_ = false;

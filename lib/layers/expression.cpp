@@ -287,7 +287,7 @@ class Parser {
   const std::string_view text_;
   std::size_t position_ = 0;
   int depth_ = 0;
-  std::size_t camera_column_ = 0, light_column_ = 0;  // of the first C and E; 0: none
+  std::size_t camera_column_ = 0, light_column_ = 0;  // columns of the first C and E; 0: none
   std::optional<std::string> error_;
   std::size_t error_column_ = 0;
 };

@@ -20,8 +20,8 @@ namespace tessera::layers {
 enum class Part : std::uint8_t {
   kAll,
   kOfStrategies,  // the share that the weights of some strategies give it
-  kUnweighted,    // what some strategies find by themselves: each of its paths with a weight of 1
-  kShadow         // what does not arrive: something is between the light and the last event before it
+  kUnweighted,    // the light that some strategies find by themselves: each of its paths with a weight of 1
+  kShadow         // light that does not arrive: something is between the light and the last event before it
 };
 
 struct LayerRule {

@@ -13,7 +13,7 @@
 namespace tessera::net {
 namespace {
 
-/// By source file and line: as many kinds as gRPC has.
+/// The limit of a source file and line: there are as many kinds as gRPC has.
 telemetry::LineLimit& limit_of(const gpr_log_func_args& args) {
   // Never destroyed: gRPC's threads may log while the program ends.
   static auto& mutex = *new std::mutex;

@@ -45,7 +45,7 @@ std::string client_hello() {
   const std::unique_ptr<SSL, decltype(&SSL_free)> tls{SSL_new(context.get()), &SSL_free};
   BIO* const in = BIO_new(BIO_s_mem());
   BIO* const out = BIO_new(BIO_s_mem());
-  SSL_set_bio(tls.get(), in, out);  // which takes them over
+  SSL_set_bio(tls.get(), in, out);  // it takes them over
   constexpr std::array<unsigned char, 3> kHttp2{2, 'h', '2'};
   SSL_set_alpn_protos(tls.get(), kHttp2.data(), kHttp2.size());
   SSL_set_connect_state(tls.get());

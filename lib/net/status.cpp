@@ -22,7 +22,7 @@ grpc::Status to_grpc(const absl::Status& status) {
 
 absl::Status from_grpc(const grpc::Status& status, std::string_view call) {
   if (status.ok()) return absl::OkStatus();
-  const std::string why = base::printable(status.error_message());  // of whoever is at the other end
+  const std::string why = base::printable(status.error_message());  // text from the other end
   const bool unread = status.error_code() == grpc::StatusCode::UNIMPLEMENTED && why.empty();
   return {static_cast<absl::StatusCode>(status.error_code()),
           absl::StrCat(std::string(call), ": ",

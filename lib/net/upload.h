@@ -16,7 +16,7 @@ namespace tessera::net {
 struct BlobPieces {
   v1::BlobRef ref;
   std::function<absl::StatusOr<std::string>(std::uint64_t offset, std::size_t size)> read;
-  v1::UploadRequest first = {};  // what the first message says besides
+  v1::UploadRequest first = {};  // further fields of the first message
 };
 
 /// Sends what the coordinator at `address` has not stored of a blob; calls `sent` with the bytes of each

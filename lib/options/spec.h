@@ -34,7 +34,7 @@ struct OptionSpec {
   std::vector<const OptionSpec*> excludes, needs;
   std::vector<std::function<std::string(const std::string&)>> checks;
   std::function<absl::Status(const std::string&)> take;  // one value
-  std::function<void()> clear;                           // for a list: drops what was there by default
+  std::function<void()> clear;                           // lists only: drops the default
   std::function<std::string()> show;                     // the value as text
   std::vector<std::string> given = {};                   // values as the command line has them; "" for a flag
 

@@ -13,7 +13,7 @@ namespace tessera::telemetry {
 namespace {
 
 constexpr unsigned kTimeoutSeconds = 10;
-constexpr std::size_t kConnectionBytes = 16 << 10;  // for a request's headers, and for the answer's
+constexpr std::size_t kConnectionBytes = 16 << 10;  // room for a request's headers, and for the answer's
 // Others are told to close, which the daemon does a moment later.
 constexpr std::size_t kMostOpen = MetricsServer::kMostConnections / 2;
 

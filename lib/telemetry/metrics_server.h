@@ -31,7 +31,7 @@ class MetricsServer {
   int port() const;
 
  private:
-  struct Callbacks;  // those that libmicrohttpd calls
+  struct Callbacks;  // functions that libmicrohttpd calls
 
   MetricsServer() = default;
   std::string text() const;

@@ -28,8 +28,8 @@ float usual_radius(v1::PixelFilter::Kind kind) {
 // Scattered samples are spread evenly over the pixel, whatever the filter's shape. A filter f of integral 1
 // leaves 1 / (the integral of f^2) of their noise's variance: less than that of samples which follow the
 // filter only where it is about as wide as a pixel. Halfway to a gain of 2:
-constexpr float kLeastRadius = 0.8f;  // of a tent: 2.25 r^2
-constexpr float kLeastSigma = 0.34f;  // of a Gaussian: 4 pi sigma^2
+constexpr float kLeastRadius = 0.8f;  // a tent's gain is 2.25 r^2
+constexpr float kLeastSigma = 0.34f;  // a Gaussian's is 4 pi sigma^2
 constexpr float kUsualSigma = 0.5f;
 
 }  // namespace

@@ -86,13 +86,13 @@ class Search {
 
   const std::size_t most_;
   std::vector<std::pair<const FieldDescriptor*, int>> path_;
-  std::vector<const Message*> messages_;  // that the path leads through
+  std::vector<const Message*> messages_;  // messages that the path leads through
   std::vector<BadNumber> found_;
 };
 
 /// The first value of a spectrum that is no index of refraction, else any of them.
 float worst_index(const v1::Spectrum& spectrum) {
-  if (spectrum.has_rgb()) return spectrum.rgb().g();  // which is the index of all bands
+  if (spectrum.has_rgb()) return spectrum.rgb().g();  // the index of all bands
   if (spectrum.kind_case() == v1::Spectrum::kConstant) return spectrum.constant();
   float eta = 1;
   for (const float value : spectrum.sampled().values()) {

@@ -25,7 +25,7 @@ struct GlossyRecords {
 
   int bands = 0;  // bands of the harmonics; 0: there are no records
   std::vector<RecordSite> sites;
-  std::vector<float> numbers;  // those of all coefficients of a site, then those of the next
+  std::vector<float> numbers;  // all coefficients of a site, then those of the next
 
   std::size_t stride() const { return static_cast<std::size_t>(count_of_harmonics(bands)) * kOfCoefficient; }
   std::size_t record_bytes() const { return sizeof(RecordSite) + stride() * sizeof(float); }
