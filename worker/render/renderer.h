@@ -63,7 +63,7 @@ class RenderScene {
       double cpu_seconds = 0;
       RayVisits visits;  // none with Embree
     };
-    double render_cpu_seconds = 0;  // of rendering, without recording
+    double render_cpu_seconds = 0;  // time of rendering, without recording
     std::array<Rays, kRayKinds> rays;
     RenderStats stats;
   };

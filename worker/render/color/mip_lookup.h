@@ -40,7 +40,7 @@ class MipLookup {
     Float weights(0.0f);
     for (float i = 0; i < most; ++i) {
       const Mask lanes = active & (probes > i);
-      const Float along = (2 * i + 1) / probes - 1.0f;  // from -1 to 1; one probe alone is in the middle
+      const Float along = (2 * i + 1) / probes - 1.0f;  // -1 to 1; one probe alone is in the middle
       const Float weight = select_or_zero(lanes, exp(-2.0f * sqr(along)));
       const Vec2 place{fma(ellipse.direction.x, along, st.x), fma(ellipse.direction.y, along, st.y)};
       sum += select_or_zero(lanes, between_levels(place, level, lanes)) * weight;

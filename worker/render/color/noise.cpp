@@ -6,8 +6,8 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr float kFiner = 1.99f;          // between octaves: not 2, so that their zeros do not fall together
-constexpr float kMeanOfAbsolute = 0.2f;  // of noise
+constexpr float kFiner = 1.99f;  // between octaves: not 2, so that their zeros do not fall together
+constexpr float kMeanAbsoluteNoise = 0.2f;
 
 UInt permuted(UInt i) { return gather(tables::kPerlinPermutation.data(), bit_cast<std::int32_t>(i & 255u)); }
 
@@ -25,7 +25,7 @@ Float ease(Float t) { return t * t * t * fma(t, fma(t, 6.0f, Float(-15.0f)), Flo
 
 struct Cell {
   UInt lower;
-  Float d;  // from there, in [0, 1)
+  Float d;  // distance from there, in [0, 1)
 };
 
 Cell cell_of(Float x) {
@@ -77,7 +77,7 @@ Float turbulence(Vec3 p, float roughness, int octaves) {
     scale *= kFiner;
     weight *= roughness;
   }
-  return sum + weight * kMeanOfAbsolute;
+  return sum + weight * kMeanAbsoluteNoise;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -13,7 +13,7 @@ struct TexturePoint {
   // For attributes of meshes
   Int shape, primitive;
   Vec2 barycentric;  // weights of corners 1 and 2
-  // What a look-up covers, for textures that are filtered: from the point to the ends of the two half-axes of
+  // The area of a look-up, for textures that are filtered: from the point to the ends of the two half-axes of
   // a footprint, in render space and in uv. Set with has_footprint alone.
   bool has_footprint = false;
   Vec3 dpdx, dpdy;

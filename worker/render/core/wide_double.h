@@ -129,8 +129,8 @@ TESSERA_DOUBLE_FUNCTION(abs, Abs)
 TESSERA_DOUBLE_FUNCTION(floor, Floor)
 #undef TESSERA_DOUBLE_FUNCTION
 
-// Of finite numbers: sine and cosine within 39000, exp up to 706, log of numbers above 0. Right to four units
-// in the last place; of sine and cosine, to 2^-50.
+// Arguments are finite: sine and cosine within 39000, exp up to 706, log above 0. Right to four units in the
+// last place; sine and cosine, to 2^-50.
 #define TESSERA_DOUBLE_TRANSCENDENTAL(name, function)                              \
   inline Double name(Double a) {                                                   \
     return Double::make([&](int i) { return hn::function(DoubleTag(), a.v[i]); }); \

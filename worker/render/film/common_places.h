@@ -6,7 +6,7 @@
 namespace tessera::render {
 
 struct Place {
-  float x, y;  // in [0, 1), from the pixel's upper left corner
+  float x, y;  // offsets from the pixel's upper left corner, in [0, 1)
 };
 
 /// Point `index` of Sobol's first two dimensions, a (0,2)-sequence: each is evenly spread by itself, too,

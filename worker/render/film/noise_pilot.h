@@ -74,7 +74,7 @@ class NoisePilot final : public SampleSource, public Film {
   const RenderStats& stats_;
   std::vector<Pixel> pixels_;
   std::vector<Block> opened_;  // rows from the top
-  std::uint64_t rays_;         // so far
+  std::uint64_t rays_;         // stats_.rays() at the latest add()
   // Next sample
   std::size_t pixel_ = 0;
   std::uint32_t sample_ = 0;

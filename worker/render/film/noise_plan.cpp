@@ -107,7 +107,7 @@ std::uint32_t good_count(double samples) {
   if (!(samples >= 2)) return samples * samples > 2 ? 2 : 1;
   int exponent = 0;
   const double part = std::frexp(std::min<double>(samples, wire::kMaxSamplesPerPixel), &exponent);
-  const std::uint32_t half = std::uint32_t{1} << (exponent - 2);  // of the power of two below
+  const std::uint32_t half = std::uint32_t{1} << (exponent - 2);  // half the power of two below
   return 4 * part * part < 1.5 ? 2 * half : 4 * part * part < 3 ? 3 * half : 4 * half;
 }
 

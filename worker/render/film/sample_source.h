@@ -14,7 +14,7 @@ inline constexpr std::uint32_t kUnsampled = ~0u;
 struct SampleName {
   std::uint32_t x, y;    // pixel of the film; modulo 2^32, of a border around it
   std::uint32_t index;   // place in its sequence
-  std::uint32_t stream;  // which of the pixel's sequences; they are independent, and 0 is the one of a
+  std::uint32_t stream;  // one of the pixel's sequences, which are independent; 0 is the one of a
                          // TileRequest. kUnsampled: none
 };
 

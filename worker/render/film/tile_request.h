@@ -24,14 +24,14 @@ struct TileRequest {
 /// One of `parts` parts of a phase.
 struct PartRequest {
   std::uint32_t phase = 0, part = 0, parts = 1;
-  const Prepared* prepared = nullptr;  // what the phases before have made; null for the first
+  const Prepared* prepared = nullptr;  // made by the phases before; null for the first
   /// Added to the job's seed, as in TileRequest.
   std::uint64_t seed_offset = 0;
 };
 
 /// Counts and times of one or more tiles; all add up.
 struct RenderStats : wire::RenderCounts {
-  std::vector<std::string> warnings;  // at most 8 a tile: which pixel, which sample
+  std::vector<std::string> warnings;  // 8 a tile at most: which pixel, which sample
   StageTimes times;
 
   RenderStats& operator+=(const RenderStats& other);

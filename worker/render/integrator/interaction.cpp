@@ -47,7 +47,7 @@ Float amount_of(const SceneTables& scene, const MaterialRecord& mix, const Surfa
 /// Materials on the way from the one that a shape names to those that have a BSDF.
 struct Route {
   Int record;
-  Mask mirrored = Mask::none();  // from behind a surface to what is there
+  Mask mirrored = Mask::none();  // lanes that went from behind a surface to what is there
   Int inherited = Int(0);        // flags that mixes hand down to their parts
 
   /// Lanes seen from behind go on to what is there.

@@ -88,7 +88,7 @@ struct SceneTables {
   bool volumetric = false;
   // Light passes clear glass (is_clear_glass()) unbent on its way to what it lights.
   bool straight_shadows = false;
-  bool any_motion = false;  // of the sensor or of shapes: paths have times
+  bool any_motion = false;  // the sensor or shapes move: paths have times
 };
 
 }  // namespace tessera::render

@@ -34,7 +34,7 @@ struct MediumRays {
 
 /// Fate of a ray.
 struct Flight {
-  Mask scattered;  // at `t`; else it came through
+  Mask scattered;  // event at `t`; false: it came through
   Float t;
   Spectrum weight;    // factor of the throughput
   Spectrum emission;  // radiance taken up on the way, by the throughput before it

@@ -63,7 +63,7 @@ class ClosestSearch {
     visit(level, placed, instance, own, scale, 0);
   }
 
-  // As deep as the tree: at most kBvhDepth.
+  // Recurses as deep as the tree goes: kBvhDepth levels at most.
   void visit(const Level<Bvh>& level, const Placed* placed, std::int32_t instance, const V3d& own,
              double scale, std::int32_t at) {
     const BvhNode& node = level.tree.nodes[static_cast<std::size_t>(at)];

@@ -1,4 +1,4 @@
-// What keeps a mesh from being the surface of a solid.
+// Defects that keep a mesh from being the surface of a solid.
 #pragma once
 
 #include <cstdint>
@@ -14,9 +14,9 @@ enum class MeshDefect : std::uint8_t {
   kNotFinite,        // a corner of the triangle
   kDegenerate,       // a triangle without area: corners in one point or in one line
   kDuplicate,        // a triangle with the corners of one before it, in any order
-  kOpenEdge,         // of one triangle alone
-  kCrowdedEdge,      // of more than two
-  kInconsistentEdge  // of two, which are wound against each other: one of them shows its back
+  kOpenEdge,         // an edge of one triangle alone
+  kCrowdedEdge,      // an edge of more than two
+  kInconsistentEdge  // an edge of two, which are wound against each other: one of them shows its back
 };
 /// "not-finite", "degenerate", "duplicate", "open-edge", "crowded-edge", "inconsistent-edge".
 std::string_view name_of(MeshDefect defect);

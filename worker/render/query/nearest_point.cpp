@@ -268,8 +268,8 @@ double least_scale(const ExactAffine& map) {
   }
   diagonalise(gram, axes);
   const double least = std::min({gram[0][0], gram[1][1], gram[2][2]});
-  const double lost = 0x1p-48 * std::max({gram[0][0], gram[1][1], gram[2][2]});  // of rounding
-  return std::sqrt(std::max(least - lost, 0.0));
+  const double rounding = 0x1p-48 * std::max({gram[0][0], gram[1][1], gram[2][2]});
+  return std::sqrt(std::max(least - rounding, 0.0));
 }
 
 }  // namespace tessera::render

@@ -1,4 +1,4 @@
-// What queries ask of the kernels, which know the shapes.
+// Interface between queries and the kernels, which know the shapes.
 #pragma once
 
 #include <cstdint>

@@ -20,7 +20,7 @@ namespace tessera::render {
 /// How a shape of ShapeTable is called.
 struct ShapeNames {
   std::string name, material;                    // empty: none was given
-  std::string interior_medium, exterior_medium;  // behind the surface, and in front of it
+  std::string interior_medium, exterior_medium;  // the medium behind the surface, the one in front of it
   std::int32_t number = 0;                       // number in the scene, from 1 on
 };
 
@@ -48,13 +48,13 @@ struct Containment {
 
 enum class Inside : std::uint8_t {
   kOutside,
-  kInside,  // of a shape, by both tests
-  kUnsure   // of none for certain: the tests disagree about a shape that is closed, or that goes at least a
-            // quarter around the point (a sheet that a line happens to cross is no reason for doubt)
+  kInside,  // inside a shape, by both tests
+  kUnsure   // not certain: the tests disagree about a shape that is closed, or that goes at least a quarter
+            // around the point (a sheet that a line happens to cross is no reason for doubt)
 };
 
 struct PointReport {
-  std::vector<Containment> shapes;  // those that the point is in by either test, the innermost first
+  std::vector<Containment> shapes;  // shapes that the point is in by either test, the innermost first
   std::string medium;               // there; empty: none
 
   Inside inside() const;
@@ -129,7 +129,7 @@ class QueryScene {
  private:
   friend class ClosestSearch;
   friend class ContainmentSearch;
-  struct MeshFacts;  // what at() finds out of a mesh when it first needs it
+  struct MeshFacts;  // facts that at() finds out of a mesh when it first needs them
 
   explicit QueryScene(Parts parts);
 

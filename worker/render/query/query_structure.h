@@ -1,4 +1,5 @@
-// What queries search: hierarchies of boxes over all that a line may cross, none left out for its size.
+// The structure that queries search: hierarchies of boxes over all that a line may cross, none left out for
+// its size.
 #pragma once
 
 #include <vector>

@@ -1,4 +1,4 @@
-// What is known in closed form of shapes with an object space of their own.
+// Closed forms for shapes with an object space of their own.
 #pragma once
 
 #include <optional>

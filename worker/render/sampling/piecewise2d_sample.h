@@ -8,7 +8,7 @@
 namespace tessera::render::TESSERA_ISA {
 
 struct Piecewise2dPlace {
-  Vec2 uv;   // in [0, 1)
+  Vec2 uv;   // a point of [0, 1)^2
   Int x, y;  // the cell that uv lies in
 };
 

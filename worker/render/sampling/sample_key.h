@@ -8,7 +8,7 @@
 namespace tessera::render::TESSERA_ISA {
 
 struct SampleKey {
-  UInt pixel, reversed_sample;  // as Sampler() takes them
+  UInt pixel, reversed_sample;  // arguments of Sampler()
 };
 
 namespace detail {

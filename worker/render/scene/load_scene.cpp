@@ -150,8 +150,8 @@ class BuiltScene final : public RenderScene {
   const std::vector<std::string>& warnings() const override { return warnings_; }
 
   std::string unseen_light(const std::string& algorithm) const override {
-    const auto found = unseen_light_.find(algorithm);
-    return found == unseen_light_.end() ? "" : found->second;
+    const auto found = unseen_light_by_algorithm_.find(algorithm);
+    return found == unseen_light_by_algorithm_.end() ? "" : found->second;
   }
 
   std::vector<std::string> notes() const override {
@@ -193,7 +193,7 @@ class BuiltScene final : public RenderScene {
     }
     for (const wire::AlgorithmTraits& one : wire::algorithms()) {
       std::string unseen = render::unseen_light(one, self->tables_, scene, self->content_->material_names);
-      if (!unseen.empty()) self->unseen_light_[one.name] = std::move(unseen);
+      if (!unseen.empty()) self->unseen_light_by_algorithm_[one.name] = std::move(unseen);
     }
     if (std::string unseen = self->unseen_light(self->traits_.name); !unseen.empty())
       self->warnings_.push_back(std::move(unseen));
@@ -303,7 +303,7 @@ class BuiltScene final : public RenderScene {
       fill(result, tile, *rays, stop, ceiling.stats);
       ceiling.render_cpu_seconds = thread_cpu_seconds() - start;
     }
-    ceiling.stats.times = {};  // in ticks
+    ceiling.stats.times = {};  // ticks, not nanoseconds
     for (int kind = 0; kind < kRayKinds; ++kind) {
       Ceiling::Rays& rays = ceiling.rays[static_cast<std::size_t>(kind)];
       const RayVisits before = content_->rays->visits();
@@ -398,12 +398,12 @@ class BuiltScene final : public RenderScene {
   const NoiseTarget noise_;
   const bool may_scatter_;
   const v1::PathSharing sharing_;
-  PixelGroup group_;                   // of neighbours that share light
+  PixelGroup group_;                   // neighbours that share light
   std::string_view unshared_because_;  // the scene has this; empty: its pixels may share light
   std::optional<SharingPilot> too_little_by_sharing_;
   SceneTables tables_;
   std::vector<std::string> warnings_ = content_->warnings;
-  std::map<std::string, std::string> unseen_light_;  // by algorithm
+  std::map<std::string, std::string> unseen_light_by_algorithm_;
   std::unique_ptr<const Prepared> prepared_alone_;
 };
 

@@ -55,8 +55,8 @@ class SharedContents {
 
 struct LoadOptions {
   std::string isa;                     // one of supported_isas()
-  int threads = 1;                     // for building
-  SharedContents* contents = nullptr;  // of the scenes loaded before, where there may be any
+  int threads = 1;                     // threads that build
+  SharedContents* contents = nullptr;  // shared by the scenes loaded before, where there may be any
   // Called, where there is one, when the tables are filled: before the BVH is built, the moment of most
   // memory. Of the blobs only images are read from then on.
   std::function<void()> geometry_read = {};

@@ -17,7 +17,7 @@ bool make_noise_pilot(const Algorithm& algorithm, const IntegratorContext& conte
   const auto integrator = algorithm.make(context);
   NoisePilot pilot(pixels, {width, height}, part, target, scatters, group, context.seed, context.stats);
   const bool finished = integrator->render(pilot, pilot, std::move(stop));
-  context.stats.samples = samples;  // those of phases are none of the picture's
+  context.stats.samples = samples;  // a phase's samples are none of the picture's
   if (finished) blob = pilot_blob(pilot.result());
   return finished;
 }

@@ -17,7 +17,7 @@ namespace tessera::render {
 
 /// The data that units of the picture read.
 struct NoisePrepared final : Prepared {
-  std::shared_ptr<const Prepared> algorithm;  // what the algorithm's own phases have made, if it has any
+  std::shared_ptr<const Prepared> algorithm;  // made by the algorithm's own phases, if it has any
   SampleCounts counts;
 };
 

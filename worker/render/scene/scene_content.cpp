@@ -41,7 +41,7 @@ struct ArrayBuilders {
   const RenderSpace space;
   SceneArrays& arrays;
   std::vector<std::string>& warnings;
-  const TexelFilter unsaid_filter;  // of images
+  const TexelFilter unsaid_filter;  // used for images that name none
   SharedImages* const shared_images;
   const std::stop_token stop;
 
@@ -168,7 +168,7 @@ namespace {
 /// Key of what building reads of an algorithm: algorithms with one key share what is built. What views read
 /// of it (view.h) is not in the key.
 std::string building_key(const wire::AlgorithmTraits& algorithm, const v1::Scene& scene) {
-  const bool warns = !algorithm.media && scene.media_size() > 0;  // by its name
+  const bool warns = !algorithm.media && scene.media_size() > 0;  // the warning has its name
   return absl::StrCat(warns ? algorithm.name : "", " ", algorithm.media, algorithm.samples_all_light,
                       algorithm.starts_at_lights, algorithm.motion, algorithm.diffuse_only,
                       algorithm.lists_instances);

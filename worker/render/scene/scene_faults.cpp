@@ -157,7 +157,7 @@ class FaultFinder {
     if (!shape.has_area_light()) return;
     if (const char* const dark = kind_without_light(shape); dark != nullptr) {
       faults_.add(shape, place, absl::InvalidArgumentError(absl::StrCat(dark, " cannot emit light")));
-    } else if (!is_object && !shape.has_curves()) {  // those of others are left out
+    } else if (!is_object && !shape.has_curves()) {  // lights of objects and of curves are left out
       faults_.add(shape, place, lights_.check_area_light(shape.area_light()));
     }
   }

@@ -71,7 +71,7 @@ void MaterialBuilder::check_mixes(const Materials& materials, FaultList& faults)
   // surface needs no look, as light only gets there once.
   constexpr int kUnknown = -1, kOnThePath = -2, kFaulty = -3;
   const auto& records = table_.materials;
-  std::vector<int> nesting(records.size(), kUnknown);  // of what is sound: mixes within one another
+  std::vector<int> nesting(records.size(), kUnknown);  // levels of mixes within one another, where sound
   const std::function<absl::Status(int, int)> look = [&](int i, int above) {
     if (nesting[i] == kOnThePath) return absl::InvalidArgumentError("it mixes itself");
     if (nesting[i] == kFaulty) return fault_is_told();

@@ -12,7 +12,7 @@ namespace tessera::render {
 
 namespace {
 
-constexpr float kSmoothAlpha = 1e-3f;  // as in bsdf/microfacet.h
+constexpr float kSmoothAlpha = 1e-3f;  // the same as in bsdf/microfacet.h
 
 SampledCurve curve(const v1::Spectrum& spectrum) {
   if (spectrum.has_sampled()) return curve_of(spectrum.sampled());

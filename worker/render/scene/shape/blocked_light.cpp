@@ -18,10 +18,10 @@ namespace {
 using vec64::Vec;
 
 constexpr std::size_t kWalks = 1024;
-constexpr int kEvents = 4;          // of a walk
-constexpr int kPassings = 4;        // of a ray
-constexpr double kScattered = 0.5;  // by a surface, of the light that it gets
-constexpr double kApart = 1e-4;     // of the distance to a surface, by which rays stay apart from it
+constexpr int kWalkEvents = 4;
+constexpr int kRayPassings = 4;
+constexpr double kScattered = 0.5;  // share of the light that a surface gets
+constexpr double kApart = 1e-4;     // rays stay apart from a surface by this part of the distance to it
 constexpr double kNowhere = std::numeric_limits<double>::infinity();
 
 bool is_opaque(const MaterialTable& table, std::int32_t index) {
@@ -68,8 +68,8 @@ class Reach {
  public:
   Reach(const SceneArrays& arrays, const RayQuery& rays) : arrays_(arrays), rays_(rays) {
     for (const MaterialRecord& material : arrays.materials.materials)
-      opaque_.push_back(is_opaque(arrays.materials,
-                                  static_cast<std::int32_t>(&material - arrays.materials.materials.data())));
+      opaque_by_material_.push_back(is_opaque(
+          arrays.materials, static_cast<std::int32_t>(&material - arrays.materials.materials.data())));
   }
 
   /// Distances; infinite where nothing is. At most kWalks rays.
@@ -77,7 +77,7 @@ class Reach {
     std::vector<double> reached(rays.size(), 0);
     std::vector<std::size_t> open(rays.size());
     for (std::size_t i = 0; i < open.size(); ++i) open[i] = i;
-    for (int passing = 0; passing <= kPassings && !open.empty(); ++passing) {
+    for (int passing = 0; passing <= kRayPassings && !open.empty(); ++passing) {
       for (std::size_t k = 0; k < open.size(); ++k) set(k, rays[open[k]], reached[open[k]]);
       rays_.nearest({ox_, oy_, oz_, dx_, dy_, dz_}, static_cast<int>(open.size()), false,
                     {t_, u_, v_, primitive_, shape_, instance_});
@@ -88,7 +88,7 @@ class Reach {
           reached[i] = kNowhere;
         } else {
           reached[i] += double{t_[k]};
-          if (passing == kPassings || stops(shape_[k])) continue;
+          if (passing == kRayPassings || stops(shape_[k])) continue;
           reached[i] *= 1 + kApart;
           open[left++] = i;
         }
@@ -108,12 +108,12 @@ class Reach {
   bool stops(std::int32_t shape) const {
     const ShapeRecord& record = arrays_.shapes.shapes[static_cast<std::size_t>(shape)];
     return (record.flags & kHasAlpha) == 0 &&
-           (record.material < 0 || opaque_[static_cast<std::size_t>(record.material)]);
+           (record.material < 0 || opaque_by_material_[static_cast<std::size_t>(record.material)]);
   }
 
   const SceneArrays& arrays_;
   const RayQuery& rays_;
-  std::vector<bool> opaque_;  // by material
+  std::vector<bool> opaque_by_material_;
   alignas(64) float ox_[kWalks] = {}, oy_[kWalks] = {}, oz_[kWalks] = {};
   alignas(64) float dx_[kWalks] = {}, dy_[kWalks] = {}, dz_[kWalks] = {};
   alignas(64) float t_[kWalks] = {}, u_[kWalks] = {}, v_[kWalks] = {};
@@ -198,7 +198,7 @@ BlockedLight measure_blocked_light(const SceneArrays& arrays, const RayQuery& ra
   std::vector<Ray> walks(kWalks);
   for (Ray& walk : walks) walk.direction = random.direction();
   double share = 1;
-  for (int event = 0; event < kEvents && !walks.empty(); ++event, share *= kScattered) {
+  for (int event = 0; event < kWalkEvents && !walks.empty(); ++event, share *= kScattered) {
     const std::vector<double> met = reach(walks);
     std::size_t left = 0;
     for (std::size_t i = 0; i < walks.size(); ++i) {

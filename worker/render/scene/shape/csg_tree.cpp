@@ -67,7 +67,7 @@ absl::StatusOr<CsgTree> read_csg_tree(const v1::Csg& csg) {
   };
   const auto add_solid = [&](const v1::Shape& shape) {
     if (shape.has_implicit()) {
-      // What the bounds cut has their faces, which are named first.
+      // A solid that its bounds cut has their faces, which are named first.
       open.push_back(add({v1::Csg::INTERSECTION, false, -1, {}}));
       add_one(tree.bounds.emplace_back(bounds_of(shape)));
       add_one(shape);

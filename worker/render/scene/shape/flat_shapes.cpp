@@ -33,7 +33,7 @@ struct FlatShape {
   Transform object_from_unit;  // the space of its record
   QuadricRecord record;
   std::vector<Facet> facets;
-  wire::MeshData mesh;  // in the space of the record
+  wire::MeshData mesh;  // its space is that of the record
 };
 
 /// Appends a convex face, all in one plane, as a fan.

@@ -271,7 +271,7 @@ absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held,
   const Written& written = written_objects_[static_cast<std::size_t>(object)];
   const std::string where = absl::StrCat("object '", message.name(), "'");
   ObjectParts& own = object_parts_[static_cast<std::size_t>(object)];
-  ObjectParts outside;  // what the holders place
+  ObjectParts outside;  // parts that the holders place
   const auto anchor = kept ? anchor_of_group(written) : Imath::V3d(0, 0, 0);
   if (!anchor.ok()) return located(anchor.status(), where);
   const auto first = static_cast<std::int32_t>(table_.inner.size());
@@ -343,7 +343,7 @@ std::string InstanceBuilder::name_of_instance(std::size_t index) const {
 
 absl::Status InstanceBuilder::check_reach(const float* centre, float radius) const {
   constexpr double kFarthest = 1e18;   // Embree's own limit, beyond which it may end the program, is 1.8e18
-  constexpr double kMostScale = 1e12;  // of several levels together: determinants are floats still
+  constexpr double kMostScale = 1e12;  // several levels together: determinants are floats still
   struct Reach {
     double radius = 0;             // about the object's origin: of rays in its space
     double scale = 0, shrink = 0;  // largest, of all ways there and back

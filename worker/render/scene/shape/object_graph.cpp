@@ -75,7 +75,7 @@ bool ObjectGraph::sort(const Objects& objects, FaultList& faults) {
   // Depth first, with a stack of its own: a hostile scene may have any depth.
   struct Step {
     int object;
-    std::size_t next = 0;  // in what it holds
+    std::size_t next = 0;  // index into held_[object]
   };
   std::vector<Step> way;
   for (int root = 0; root < objects.size(); ++root) {
@@ -109,7 +109,8 @@ bool ObjectGraph::sort(const Objects& objects, FaultList& faults) {
 }
 
 bool ObjectGraph::measure(const Objects& objects, FaultList& faults) {
-  std::vector<int> depth(held_.size(), 1), deepest(held_.size(), -1);  // of what each holds
+  std::vector<int> depth(held_.size(), 1);     // levels, the object itself included
+  std::vector<int> deepest(held_.size(), -1);  // the held object that has most
   for (const int object : order_) {
     const auto at = static_cast<std::size_t>(object);
     for (const int held : held_[at]) {

@@ -53,7 +53,7 @@ struct NestingPlan {
   // Instances of each object in the world and in objects that are placed there; 0: it is nowhere.
   std::vector<std::uint64_t> uses;
   bool world_kept = false;  // the world's instances are held by one object that stands in it
-  std::string note = "";    // what was decided and why; empty where no level is kept and none was flattened
+  std::string note = "";    // the decision, and why; empty where no level is kept and none was flattened
 };
 
 /// Adds to `held` the objects that a scene's, or an object's, instances place. Messages of errors begin with

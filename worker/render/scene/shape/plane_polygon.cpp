@@ -102,7 +102,7 @@ absl::StatusOr<PlanePolygon> plane_polygon(const std::vector<V3d>& corners) {
 
   PlanePolygon polygon;
   V2d low(HUGE_VAL, HUGE_VAL), high(-HUGE_VAL, -HUGE_VAL);
-  double height = 0;  // of the plane in the middle of the corners
+  double height = 0;  // the plane's, in the middle of the corners
   for (const V3d& p : corners) {
     const V3d from_first = p - corners[0];
     const V2d at(from_first.dot(x), from_first.dot(y));

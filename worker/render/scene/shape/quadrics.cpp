@@ -77,7 +77,7 @@ absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_ob
       (record.kind == ShapeKind::kDisk && q.inner_radius >= q.radius) || !(phi_max > 0)) {
     return absl::InvalidArgumentError("its radius, height or angle is not usable");
   }
-  if (placed_from_object.determinant() < 0) record.flags ^= kFlipNormal;  // as pbrt has it
+  if (placed_from_object.determinant() < 0) record.flags ^= kFlipNormal;  // the same as in pbrt
   return place_quadric(shape, placed_from_object, q, table, record, exact);
 }
 

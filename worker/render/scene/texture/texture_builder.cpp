@@ -231,7 +231,7 @@ absl::StatusOr<TextureNode> TextureBuilder::make_node(const v1::Texture& texture
 absl::StatusOr<TextureNode> TextureBuilder::combine(const v1::Texture& texture) {
   TextureNode node;
   std::vector<std::pair<const v1::SpectrumValue*, Rgb>> inputs;
-  v1::SpectrumValue amount;  // of a mix, as a spectrum
+  v1::SpectrumValue mix_amount;  // a scalar as a spectrum
   switch (texture.kind_case()) {
     case v1::Texture::kCheckerboard:
       node.kind = TextureKind::kCheckerboard;
@@ -257,12 +257,13 @@ absl::StatusOr<TextureNode> TextureBuilder::combine(const v1::Texture& texture) 
       node.kind = TextureKind::kMix;
       const v1::FloatValue& from = texture.mix().amount();
       if (from.has_texture()) {
-        amount.set_texture(from.texture());
+        mix_amount.set_texture(from.texture());
       } else if (from.has_constant()) {
-        amount.mutable_constant()->set_constant(from.constant());
+        mix_amount.mutable_constant()->set_constant(from.constant());
       }
-      inputs = {
-          {&texture.mix().a(), {0, 0, 0}}, {&texture.mix().b(), {1, 1, 1}}, {&amount, {0.5f, 0.5f, 0.5f}}};
+      inputs = {{&texture.mix().a(), {0, 0, 0}},
+                {&texture.mix().b(), {1, 1, 1}},
+                {&mix_amount, {0.5f, 0.5f, 0.5f}}};
       break;
     }
     default:

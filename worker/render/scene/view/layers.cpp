@@ -147,7 +147,7 @@ std::int32_t take_rules(std::span<const layers::Layer> layers, LayerTable& table
   for (std::size_t i = 0; i < layers.size(); ++i) {
     const auto bit = static_cast<std::int32_t>(1u << i);
     const absl::StatusOr<layers::LayerRule> rule = layers::parse_rule(layers[i].expression);
-    if (!rule.ok()) continue;  // they have been checked
+    if (!rule.ok()) continue;  // rules have been checked before
     switch (rule->part) {
       case layers::Part::kAll:
         table.of_any_strategy |= bit;

@@ -25,11 +25,11 @@ struct Settings {
   PreviewSettings preview;
   std::optional<StructureKind> structure;  // none: Embree's
   double grid_density = kGridDensity;
-  bool shadow_cache = false;  // of structures that are not Embree's
+  bool shadow_cache = false;  // Embree's structures have none
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   v1::Intersection intersection = v1::INTERSECTION_AUTO;
   bool single_rays = false;                             // rays are traced one by one
-  TexelFilter texture_filter = TexelFilter::kBilinear;  // of images that name none
+  TexelFilter texture_filter = TexelFilter::kBilinear;  // used for images that name none
   LightSelection light_selection = LightSelection::kAuto;
   bool straight_shadows = false;  // light passes clear glass unbent
   PhotonSettings photon;

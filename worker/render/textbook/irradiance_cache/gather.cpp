@@ -81,7 +81,7 @@ Gather::Gather(const IntegratorContext& context, const IrradianceCache* given)
 
 std::size_t Gather::level_of(const RecordSite& site) const {
   const IrradianceCacheSettings& settings = scene_.irradiance_cache;
-  // Of the most reach; each level is for twice the reach of the one before.
+  // Share of the most reach; each level is for twice the reach of the one before.
   const float part = site.radius * settings.error / (settings.most_reach * site.pixel);
   std::size_t level = hemispheres_.size() - 1;
   for (float of_level = 0.5f; level > 0 && part <= of_level; of_level /= 2) --level;

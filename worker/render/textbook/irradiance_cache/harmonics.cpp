@@ -21,7 +21,7 @@ Harmonics::Harmonics(int bands) : bands_(bands), first_{}, up_{}, down_{} {
 }
 
 void Harmonics::evaluate(Vec3 d, Float* values) const {
-  Float cosine(1.0f), sine(0.0f);  // of m times the azimuth, times the polar sine to the m-th
+  Float cosine(1.0f), sine(0.0f);  // cos and sin of m times the azimuth, times the polar sine to the m-th
   Float start(1.0f);               // l = m
   for (int m = 0; m < bands_; ++m) {
     start = start * first_[m];

@@ -150,8 +150,8 @@ class Recorder final : private Wavefront, private PathObserver {
   const IrradianceCache* const given_;  // made before; may be null
   Gather gather_;
   Records records_;
-  std::vector<RecordPlace> bare_;       // of the batch, which nothing reached when it began
-  alignas(64) Lanes<float> travelled_;  // by the path of each sample
+  std::vector<RecordPlace> bare_;       // places of the batch that nothing reached when it began
+  alignas(64) Lanes<float> travelled_;  // length of each sample's path
 };
 
 }  // namespace
@@ -165,7 +165,7 @@ bool make_records(const IntegratorContext& context, const PartRequest& part, std
   const SensorRecord& film = context.scene.sensor;
   PixelsOfPart pixels(film_part(film.width, film.height, part), part.phase == 0 ? kFirstStep : 1);
   const bool finished = recorder->look_at(pixels, std::move(stop));
-  context.stats.samples = samples;  // those of the pixels are none of the picture's
+  context.stats.samples = samples;  // the pixels' samples are none of the picture's
   blob = blob_of(recorder->records());
   return finished;
 }
@@ -173,7 +173,7 @@ bool make_records(const IntegratorContext& context, const PartRequest& part, std
 bool merge_records(std::span<const std::string_view> blobs, std::string& merged) {
   Records all;
   if (!blobs.empty()) {
-    // Whatever bands the first has, the others must have, too.
+    // All have the bands of the first.
     std::string_view rest = blobs.front();
     std::vector<IrradianceRecord> first;
     if (!take_records(rest, first)) return false;

@@ -24,7 +24,7 @@ class RadianceHemisphere {
   void set(int first, Vec3 directions, Vec3 radiance, Float distance);
 
   struct Estimate {
-    // By function, then value, change along x and along y, each with all bands: as in GlossyRecords.
+    // One block a function: value, change along x and along y, each with all bands, as in GlossyRecords.
     std::vector<float> numbers;
     double mean_distance;  // harmonic
     double nearest;

@@ -18,7 +18,7 @@ void RecordTree::build(std::span<const RecordSite> sites, float error, std::size
                     .first = static_cast<std::int32_t>(begin),
                     .count = static_cast<std::int32_t>(end - begin),
                     .other = -1});
-  float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f};  // of the sites' places
+  float low[3] = {1e30f, 1e30f, 1e30f}, high[3] = {-1e30f, -1e30f, -1e30f};  // bounds of the sites' places
   for (std::size_t i = begin; i < end; ++i) {
     const RecordSite& site = sites[order_[i]];
     Node& node = nodes_[index];

@@ -16,7 +16,7 @@ using wire::SolutionPatch;
 using wire::SolutionVertex;
 
 constexpr std::uint32_t kWhole = 1u << Name::kDeepest;  // weights of corners in whole numbers
-constexpr double kCosSmooth = 0.8660254037844386;       // of 30 degrees
+constexpr double kCosSmooth = 0.8660254037844386;       // cosine of 30 degrees
 
 /// A point of a triangle on the finest grid that patches have.
 using GridPoint = std::array<std::uint32_t, 3>;

@@ -1,4 +1,4 @@
-// What patches are made of: how much light they scatter back, and how much they emit.
+// The matter of patches: how much light they scatter back, and how much they emit.
 #pragma once
 
 #include <span>

@@ -31,7 +31,7 @@ class Estimate {
 
  private:
   std::mutex mutex_;
-  std::optional<Forest> forest_;  // until it is finished
+  std::optional<Forest> forest_;  // none once it is finished
   Brightness brightness_;
   double mean_irradiance_ = 0;
 };
@@ -43,7 +43,7 @@ struct Linked final : Prepared {
   const Surfaces surfaces;
   const Clusters clusters;
   std::unique_ptr<Estimate> estimate;  // guides the final links
-  Links links;                         // for the solution
+  Links links;                         // links of the solution
 };
 
 /// Data that the picture reads.

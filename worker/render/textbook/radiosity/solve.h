@@ -19,7 +19,7 @@ class Forest {
     Colour irradiance;             // whole ones: with that of the patches that they are parts of; W/m^2
     Colour radiosity;              // W/m^2; of others the mean of their parts
     Matter matter;                 // whole ones
-    // Of whole ones: how much of what its links bring counts. Below 1 where it would reflect more than all
+    // Part of what the links bring that counts; whole ones only. Below 1 where it would reflect more than all
     // that can come to it.
     float share = 1;
   };

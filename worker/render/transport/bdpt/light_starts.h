@@ -24,7 +24,7 @@ class LightStarts {
  private:
   const IntegratorContext context_;
   const SceneTables& scene_;
-  // By slot
+  // Indexed by slot
   alignas(64) Lanes<std::int32_t> light_;
   Vec3Lanes point_, normal_;
   // Volumetric scenes only

@@ -17,14 +17,14 @@ struct EyeVertex {
   const PartialWeights& weights;  // once the subpaths have arrived
   Spectrum beta;
   int depth;     // events before
-  Float merged;  // what merging adds to the sums (LightSubpaths::merged_at)
+  Float merged;  // term of the sums from merging (LightSubpaths::merged_at)
 };
 
 /// Light that arrives where nothing is in the way.
 struct WayLight {
   Spectrum unweighted;
   Float weight;
-  WideConnection ray;  // what it carries is left open
+  WideConnection ray;  // its contribution is left open
   Vec3 w;              // unit, to where the light comes from
   Mask shines;
 };

@@ -28,7 +28,7 @@ inline constexpr float kGuideFraction = 0.5f;
 /// Cells of 16 points.
 struct GuideCells {
   Int size_exponent;  // cells are 2^size_exponent wide
-  Int x, y, z;        // in cells from the camera
+  Int x, y, z;        // counted in cells from the camera
   Int side;           // 0 to 5: +x, -x, +y, -y, +z, -z
 };
 

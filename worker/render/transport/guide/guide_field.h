@@ -47,7 +47,7 @@ class GuideField final : public Prepared {
 
   bool any_followed_ = false;
   std::vector<Entry> entries_;  // open addressing; a power of two
-  // Of each density
+  // Each density's
   std::vector<float> pdf_;      // kGuideBins, 1/sr
   std::vector<float> rows_;     // upper ends of the rows in the unit interval
   std::vector<float> columns_;  // upper ends of each row's bins

@@ -92,7 +92,7 @@ bool make_guide(const IntegratorContext& context, const PartRequest& part, std::
   PartSamples source(film_part(film.width, film.height, part), kFirstStream + part.phase,
                      context.scene.guiding_samples * (1u << part.phase) / kAllShares);
   const bool finished = learner->follow(source, std::move(stop));
-  context.stats.samples = samples;  // those of phases are none of the picture's
+  context.stats.samples = samples;  // a phase's samples are none of the picture's
   blob = learner->blob();
   return finished;
 }

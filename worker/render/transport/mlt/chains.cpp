@@ -16,7 +16,7 @@ namespace {
 constexpr float kLeastStep = 1.0f / 16;
 
 // Pairs of a path's numbers that are none of the sampler's dimensions.
-constexpr int kCoordinates = 1 << 29;  // by place
+constexpr int kCoordinates = 1 << 29;  // the pair of place 0; the others follow
 constexpr int kStep = kCoordinates - 1;
 constexpr int kWay = kCoordinates - 2;
 constexpr int kDepth = kCoordinates - 3;
@@ -200,7 +200,7 @@ void Chains::offer(std::uint32_t step_number) {
         way_of(offers_.way[chain], space_.ways(chains_[static_cast<std::size_t>(chain)].events));
 }
 
-/// By events and ways, so that packets are alike.
+/// Sorts chains by events and ways, so that packets are alike.
 void Chains::sort() {
   first_of_way_.assign(static_cast<std::size_t>(first_class(kSortedEvents) + 2), 0);
   const auto class_of = [&](int chain) {

@@ -36,7 +36,7 @@ class DepthChoice {
   double probability(int events) const { return scale_ / ((events + 2.0) * (events + 3.0)); }
   struct Choice {
     int events;
-    float rest;  // what is left of u, uniform in [0, 1)
+    float rest;  // rest of u, uniform in [0, 1)
   };
   /// `u` is in [0, 1).
   Choice choose(double u) const;

@@ -63,7 +63,7 @@ struct PathBatch {
   };
 
   int count = 0;
-  // By slot: scattering events, and vertices from the light and from the eye, events + 2 together.
+  // Indexed by slot: scattering events, and vertices from the light and from the eye, events + 2 together.
   alignas(64) std::int32_t events[kSubpaths], from_light[kSubpaths], from_eye[kSubpaths];
   std::vector<Pair> coordinates_by_place;
   SampleKeys keys;  // keys of all other random numbers

@@ -43,7 +43,7 @@ class Packing {
   /// AVX-512 has an instruction. For AVX2, lane by lane is faster than a look-up for one field, and slower
   /// than one for all.
   static constexpr bool kByTable = kPartWidth == 8;
-  /// By the bits of 8 lanes: the active ones, then others.
+  /// Indexed by the bits of 8 lanes: the active ones, then others.
   static constexpr auto kPacked = [] {
     std::array<std::array<std::uint8_t, 8>, 256> table{};
     for (std::size_t bits = 0; bits < table.size(); ++bits) {

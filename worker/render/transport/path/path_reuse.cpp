@@ -143,7 +143,7 @@ void PathReuse::at_third(Encounter& e, Mask lanes) {
   begin_anew(scene_.shared_caution, path, taken);
 }
 
-/// What is shared is neither scattered at the second surface nor weighed.
+/// Shared light is neither scattered at the second surface nor weighed.
 void PathReuse::lit(const Encounter& e, SampledLight& light) {
   if (!shares_lamps() || !follows(e.depth)) return;
   Mask lanes = and_not(light.lanes, has_interpolated_normals(scene_.lights, light.light, light.lanes));
@@ -162,7 +162,7 @@ void PathReuse::lit(const Encounter& e, SampledLight& light) {
   light.ray.contribution = select(taken, light.sample.radiance, light.ray.contribution);
 }
 
-/// What is shared is not the sample's own.
+/// Shared light is not the sample's own.
 void PathReuse::emitted(const Encounter& e, MetLight& light) {
   if (none(light.weighed) || !follows(e.depth)) return;
   if (!(light.at_infinity ? shares_sky() : shares_lamps())) return;

@@ -49,8 +49,8 @@ class PathReuse final : public PathObserver {
     kGlossy = 2,  // or some of what follows:
     kLight = 4,   // light of a sampled light ...
     kDelta = 8,   // ... which nothing else finds
-    kFound = 16,  // what the third surface, or the sky, emits
-    kBeyond = 32  // what the third surface sends back
+    kFound = 16,  // light that the third surface, or the sky, emits
+    kBeyond = 32  // light that the third surface sends back
   };
 
   static TESSERA_INLINE Mask has(Int bits, std::int32_t some) { return (bits & Int(some)) != 0; }
@@ -118,7 +118,7 @@ class PathReuse final : public PathObserver {
   int size_ = 0;
   bool any_shared_ = false;
   int last_first_ = -1, last_mirror_ = -1;  // latest events at which paths have met such surfaces
-  // By samples: the event of the first surface, and rays to first and second ones and what they hit
+  // Indexed by sample: the event of the first surface, and rays to first and second ones and what they hit
   alignas(64) Lanes<std::int32_t> first_event_;
   Vec3Lanes origin_[2], direction_[2];
   HitState hits_[2];

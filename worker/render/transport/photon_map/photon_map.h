@@ -1,8 +1,8 @@
 // Photons where they were caught, in a structure for all that lie within a radius of a place [Jensen 1996].
 //
-// What a photon carries is up to the algorithm: a struct of fields in the manner of path_state.h, of which
-// the map asks a `position`. One thread fills and builds a map; any number of them read it then. Order of
-// photons, and with it every sum over them, follows from the order in which they were appended.
+// The contents of a photon are up to the algorithm: a struct of fields in the manner of path_state.h, of
+// which the map asks a `position`. One thread fills and builds a map; any number of them read it then. Order
+// of photons, and with it every sum over them, follows from the order in which they were appended.
 #pragma once
 
 #include <algorithm>

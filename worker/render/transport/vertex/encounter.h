@@ -1,5 +1,5 @@
-// What paths have met at the ends of their latest segments, as all algorithms see it whose paths begin at the
-// eye.
+// The things that paths have met at the ends of their latest segments, as all algorithms see them whose paths
+// begin at the eye.
 #pragma once
 
 #include "render/transport/vertex/dimensions.h"
@@ -63,7 +63,7 @@ struct NumberedEncounter {
     if (scene.any_mix) roulette = random(dimension::kRoulette);
     interact(scene, v.surface, v.wo, roulette.y, on_surface, v.at);
     if (any(v.in_medium)) put_into_medium(fma(path.direction, hit.t, path.origin), v.in_medium, v);
-    if (scene.any_opacity && !scene.paths_pass) {  // else Transit has seen to it
+    if (scene.any_opacity && !scene.paths_pass) {  // otherwise Transit has seen to it
       if (const Mask partly = partly_open(v, on_surface); any(partly))
         open_surface(scene, numbers.get_2d(dimension::kOpacity + depth).x, partly, v);
     }

@@ -59,7 +59,7 @@ void FirstHits::record_hit(const Hit& found, Float shape, Float instance, Int sl
   const Int material = gather_member(scene_.shapes.shapes.data(), &ShapeRecord::material, found.shape, hit);
   scatter(shape, shape_, slot, hit);
   scatter(to_float(material) + 1.0f, material_, slot, hit);
-  // What nothing places is told apart from instances by its sign.
+  // A shape that nothing places is told apart from instances by its sign.
   scatter(select(instance > 0.0f, instance, -shape), asset_, slot, hit);
   if (scene_.aovs.motion && scene_.any_motion) record_motion(found, slot, hit);
 }

@@ -38,7 +38,7 @@ void find_media(const IntegratorContext& context, ConnectionQueue& ways, HitStat
       Hit hit = load_hit(hits, i);
       if (scene.any_motion) hit.time = way.time;
       const Mask met = active & (hit.shape >= 0) & (hit.t < way.distance);
-      // What is on the way may be opaque: the medium behind it is told by its borders all the same.
+      // A thing on the way may be opaque: the medium behind it is told by its borders all the same.
       scatter(way.medium, media, way.slot, active);
       if (none(met)) continue;
       const Surface surface = surface_at(scene.shapes, hit, way.origin, way.direction, met, false);

@@ -62,11 +62,11 @@ class PathObserver {
   virtual void all_lit(int, const PathState&, int) {}
 };
 
-/// What chooses directions of paths in place of BSDFs alone.
+/// An observer that chooses directions of paths in place of BSDFs alone.
 class Steering : public PathObserver {
  public:
-  /// As met() has left it in Encounter::steered, and the density of the BSDF at `wi`: the density with which
-  /// sample() gives that direction.
+  /// The density with which sample() gives the direction `wi`, where met() left `steered` in
+  /// Encounter::steered and the BSDF's own density is `bsdf_pdf`.
   virtual Float pdf(Int steered, Vec3 wi, Float bsdf_pdf, Mask lanes) const = 0;
   /// A direction in which the path of the latest encounter goes on; `u` is uniform in [0, 1).
   virtual BsdfSample sample(const Encounter& e, Vec2 u, Mask lanes) = 0;

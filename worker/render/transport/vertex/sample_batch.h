@@ -166,7 +166,7 @@ class SampleBatch {
   std::unique_ptr<FirstHits> first_hits_;  // null: none of its AOVs are wanted
   std::vector<SpectrumLanes> layers_;      // radiance of each
   std::uint32_t touched_ = 0;              // bits of the layers of which some sample of the batch has light
-  std::vector<float> planes_;              // what the film takes
+  std::vector<float> planes_;              // values for the film, channel by channel
 };
 
 }  // namespace tessera::render::TESSERA_ISA
