@@ -9,7 +9,7 @@ namespace tessera::fuzz {
 
 struct Case {
   const Target* target;
-  int mutations;  // that take some seconds together, on one core
+  int mutations;  // together they take some seconds on one core
 };
 
 std::vector<Case> cases();

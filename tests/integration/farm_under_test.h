@@ -18,7 +18,7 @@
 namespace tessera::integration {
 
 /// Paths of the programs under test.
-void use_programs_of(const std::string& folder);  // from now on; else those of the build
+void use_programs_of(const std::string& folder);  // before, they are those of the build
 std::string tessera_program();
 std::string server_program();
 std::string worker_program();
@@ -125,7 +125,7 @@ class FarmUnderTest {
   std::unique_ptr<support::Process> start_worker(const WorkerSetup& setup) const;
 
   support::TempDir directory_;
-  const std::vector<std::string> wrapper_, environment_, options_;  // of the coordinator
+  const std::vector<std::string> wrapper_, environment_, options_;  // the coordinator's
   std::string address_;
   std::unique_ptr<support::Process> coordinator_;
   std::vector<Worker> workers_;

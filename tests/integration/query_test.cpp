@@ -66,7 +66,7 @@ TEST_F(Query, TellsAllHitsOfARayThroughTheCornellBox) {
   const Finished done = ask({kBox, "--ray", "0,1,5,0,0,-1", "--quiet"});
   ASSERT_EQ(done.status.code, 0) << done.err;
   const Table rows = table(done.out);
-  ASSERT_EQ(rows.size(), 3u);  // in and out of the tall block, and the back wall
+  ASSERT_EQ(rows.size(), 3u);  // both sides of the tall block, and the back wall
   EXPECT_EQ(rows[0][7], "TallBox");
   EXPECT_EQ(rows[0][17], "entering");
   EXPECT_EQ(rows[1][7], "TallBox");

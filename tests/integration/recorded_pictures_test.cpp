@@ -29,7 +29,7 @@ const fs::path kFolder = "tests/integration/recorded_pictures";
 
 struct RecordedLines {
   std::string version;             // the first line
-  std::vector<std::string> lines;  // that are no comments
+  std::vector<std::string> lines;  // comments are left out
 };
 
 RecordedLines read_lines(const fs::path& file) {

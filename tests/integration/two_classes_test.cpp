@@ -161,7 +161,7 @@ TEST_F(TwoClasses, SameBitsLeavesOneOutAndSaysSo) {
   const Arguments view = kView + Arguments{"--spp", "256"};
   const std::string job_id = farm.submit_detached(view + Arguments{"--bits", "same"});
   farm.watch_until(job_id, [](const v1::JobStatus& status) { return status.units_done() > 0; });
-  ASSERT_EQ(tessera(farm.on_farm({"pause", job_id})).status.code, 0);  // so that it does not end meanwhile
+  ASSERT_EQ(tessera(farm.on_farm({"pause", job_id})).status.code, 0);  // it must not end meanwhile
   for (const v1::WorkerStatus& worker : workers(farm)) {
     const auto& closed = worker.arithmetic().closed_jobs();
     EXPECT_EQ(std::vector<std::string>(closed.begin(), closed.end()),

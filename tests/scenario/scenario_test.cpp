@@ -16,7 +16,7 @@ namespace {
 const std::filesystem::path kScenarios = "tests/scenario/farm";
 
 struct Block {
-  int line = 0;      // of the first command
+  int line = 0;      // line of the first command
   std::string text;  // commands and comments as they are
   std::vector<std::string> commands;
   std::string expected;

@@ -32,7 +32,7 @@ void Simulation::submit_job() {
                                    : promises_.at(donor).request.plan->tile_count();
   std::vector<std::uint32_t> parts;
   if (!donor.empty()) {
-    parts = promises_.at(donor).parts;
+    parts = promises_.at(donor).phase_parts;
   } else if (phases_ && !many) {
     parts = {1 + static_cast<std::uint32_t>(pick(24)), 1 + static_cast<std::uint32_t>(pick(4))};
   }
@@ -50,7 +50,7 @@ void Simulation::submit_job() {
   Promise& promise = promises_[id];
   promise.request = std::move(request);
   promise.donor = donor;
-  promise.parts = parts;
+  promise.phase_parts = parts;
   promise.content = donor.empty() ? id : promises_.at(donor).content;
   ask_for_job(id);
 }

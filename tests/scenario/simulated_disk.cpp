@@ -10,7 +10,7 @@ namespace tessera::server {
 namespace {
 
 constexpr char kVfsName[] = "simulated-disk";
-SimulatedDisk* the_disk = nullptr;  // that SQLite's callbacks work on
+SimulatedDisk* the_disk = nullptr;  // SQLite's callbacks work on it
 
 void apply(const SimulatedDisk::Contents::Write& write, std::size_t size, std::string& bytes) {
   if (write.bytes.empty()) {

@@ -69,10 +69,10 @@ std::string Simulation::run() {
 
   bool retried = false;
   while (violation_.empty() && now_ < kLongest) {
-    const auto next = events_.begin();
+    const auto next = events_by_time_.begin();
     now_ = next->first.first;
     const Step step = std::move(next->second);
-    events_.erase(next);
+    events_by_time_.erase(next);
     step();
     ++counts_.steps;
     check();
@@ -100,7 +100,7 @@ std::string Simulation::run() {
 }
 
 void Simulation::at(Time time, Step step) {
-  events_.emplace(std::pair{now_ + time, ++order_}, std::move(step));
+  events_by_time_.emplace(std::pair{now_ + time, ++order_}, std::move(step));
 }
 
 void Simulation::violate(const std::string& what) {
@@ -287,7 +287,7 @@ std::optional<std::uint64_t> Simulation::inputs_of(const Promise& promise, std::
 /// Checks that results which count were made of results which count.
 void Simulation::check_inputs() {
   for (const auto& [id, promise] : promises_) {
-    if (promise.parts.empty()) continue;
+    if (promise.phase_parts.empty()) continue;
     for (const auto& [unit, index] : promise.live) {
       if (inputs_of(promise, unit) != promise.journaled[index].inputs)
         return violate(absl::StrCat(id, "/", unit, " was made of results that count no more"));

@@ -51,34 +51,34 @@ class Simulation {
   // Promises, and to whom they were made.
   struct Promise {
     JobRequest request;
-    std::string donor;                 // a job of the same content that it continues; empty: none
-    std::string content;               // what honest results follow from: equal for such jobs
-    std::vector<std::uint32_t> parts;  // of its phases
-    bool acknowledged = false;         // the submission
+    std::string donor;    // a job of the same content that it continues; empty: none
+    std::string content;  // honest results follow from it: equal for such jobs
+    std::vector<std::uint32_t> phase_parts;
+    bool acknowledged = false;  // the submission
     bool cancel_acknowledged = false;
     struct Result {
       CoveredUnits units;
       std::string digest;
       std::string host;
-      std::uint64_t inputs = 0;  // that it was made of (LeaseToken.inputs)
+      std::uint64_t inputs = 0;  // hash of the inputs that it was made of (LeaseToken.inputs)
       bool acknowledged = false;
       bool revoked = false;
-      std::uint32_t audits = 0;         // as journaled
+      std::uint32_t audits = 0;         // journaled audits
       std::uint32_t second_leases = 0;  // given out after it was acknowledged
       bool disputed = false;            // hosts disagree on it
     };
-    std::vector<Result> journaled;                   // by sequence number - 1
+    std::vector<Result> journaled;                   // results in the order of their sequence numbers
     std::map<std::uint32_t, std::size_t> live;       // unit -> index into `journaled`
-    v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // as journaled
+    v1::JobState ended = v1::JOB_STATE_UNSPECIFIED;  // journaled state
     bool journaled_job = false;
     std::uint64_t arrived = 0;  // when that was, in the order of jobs
     bool failed = false;        // a unit of it was not rendered, once
-    std::string
-        arithmetic_class;  // of its results that count, if they are to be of one; empty: not known yet
+    // Class of its results that count, if they are to be of one; empty: not known yet.
+    std::string arithmetic_class;
   };
   struct Held {
     v1::LeaseToken token;
-    std::string arithmetic_class;  // in which it is rendered
+    std::string arithmetic_class;  // class of its rendering
     Time done_at{};
     Time cost{};
     bool sent = false;
@@ -86,7 +86,7 @@ class Simulation {
   struct Worker {
     std::string host;
     std::vector<std::string> classes;  // arithmetic, best first
-    std::string id;                    // as registered; empty: not registered
+    std::string id;                    // given at registration; empty: not registered
     bool alive = true;
     bool liar = false;
     double slowness = 1;
@@ -171,8 +171,8 @@ class Simulation {
   std::string violation_;
   SimulationCounts counts_;
   Trace trace_;
-  std::map<std::pair<Time, std::uint64_t>, Step>
-      events_;  // by time, then in the order in which they were made
+  // Those of one time are in the order in which they were made.
+  std::map<std::pair<Time, std::uint64_t>, Step> events_by_time_;
   std::uint64_t order_ = 0;
 
   // Properties of this seed's world.
@@ -181,7 +181,7 @@ class Simulation {
   Time settle_{0};
   bool usual_pace_is_common_ = false;
   bool audits_ = false, liars_ = false, poison_ = false, full_disk_ = false;
-  bool runs_ = false;  // of units, as often as there can be
+  bool runs_ = false;  // units are leased in runs as often as there can be
   bool phases_ = false;
   JobOrder job_order_ = JobOrder::kFirstCome;
 

@@ -12,7 +12,7 @@ namespace tessera::server {
 namespace {
 
 constexpr std::chrono::milliseconds kPoll{250};  // a parked call of Lease is looked at again
-constexpr std::uint32_t kQueuedPerThread = 2;    // as in the agent
+constexpr std::uint32_t kQueuedPerThread = 2;    // the same as in the agent
 constexpr std::uint64_t kRaysPerMs = 1000;
 constexpr std::size_t kScenesHeld = 2;
 

@@ -30,8 +30,8 @@ struct SteadyFarmOptions {
     std::string user;
     std::string scene;
     std::uint32_t units = 1;
-    std::uint32_t ranges = 1;  // of each tile: units of one tile cost the same, and may be leased as one
-    double median_ms = 1000;   // of what a unit takes on a usual thread
+    std::uint32_t ranges = 1;  // ranges per tile: units of one tile cost the same, and may be leased as one
+    double median_ms = 1000;   // time of a unit on a usual thread
     Time submitted{0};
   };
   std::vector<Machine> machines = {};
@@ -105,7 +105,7 @@ class SteadyFarm {
   SteadyFarmOptions options_;
   Scheduler scheduler_;
   std::vector<Worker> workers_;
-  std::vector<std::vector<double>> costs_, rays_;  // of each unit, in ms on a usual thread
+  std::vector<std::vector<double>> costs_, rays_;  // cost in ms on a usual thread, and rays, of each unit
   std::vector<std::uint32_t> done_, results_;
   std::vector<std::shared_ptr<const WorkPlan>> plans_;
   std::vector<std::vector<bool>> waits_;  // units that nobody was given

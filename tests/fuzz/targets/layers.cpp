@@ -15,7 +15,7 @@ bool accepts_layers(std::string_view bytes) {
   const layers::Alphabet named = {.surfaces = {{}, {layers::names_in(*asked), {}}}};
   for (const auto direction : {layers::Direction::kFromCamera, layers::Direction::kFromLights}) {
     const auto automaton = layers::compile(*asked, named, direction);
-    if (!automaton.ok()) continue;  // with these names it may be larger
+    if (!automaton.ok()) continue;  // it may be larger with these names
     for (const std::int32_t next : automaton->next)
       require(next >= 0 && next < automaton->states, "a step to a state that is not there");
     for (const std::int32_t found : automaton->layers) {

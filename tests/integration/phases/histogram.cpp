@@ -14,9 +14,9 @@
 namespace tessera::render {
 namespace {
 
-using Counts = std::vector<std::uint64_t>;  // by shape
+using CountsByShape = std::vector<std::uint64_t>;
 
-constexpr std::size_t kRays = 4096;  // of one part
+constexpr std::size_t kRaysPerPart = 4096;
 constexpr std::size_t kBatch = 64;
 
 /// Points of the unit square that leave no gaps [Roberts2018].
@@ -55,21 +55,21 @@ struct alignas(64) Rays {
   }
 };
 
-std::string blob_of(const Counts& counts) {
+std::string blob_of(const CountsByShape& counts) {
   return {reinterpret_cast<const char*>(counts.data()), counts.size() * sizeof(counts[0])};
 }
 
 /// False where they are not of so many shapes.
-bool add(std::string_view blob, Counts& counts) {
+bool add(std::string_view blob, CountsByShape& counts) {
   if (blob.size() != counts.size() * sizeof(counts[0])) return false;
-  Counts more(counts.size());
+  CountsByShape more(counts.size());
   std::memcpy(more.data(), blob.data(), blob.size());
   for (std::size_t i = 0; i < counts.size(); ++i) counts[i] += more[i];
   return true;
 }
 
 struct Histogram final : Prepared {
-  Counts counts;
+  CountsByShape counts;
   double total = 0;
 };
 
@@ -77,11 +77,11 @@ bool count_hits(const IntegratorContext& context, const PartRequest& part, std::
                 std::string& blob) {
   // The second phase reads what the first has made: it counts only what that has seen.
   const auto* const before = static_cast<const Histogram*>(part.prepared);
-  Counts counts(context.scene.shapes.shapes.size());
+  CountsByShape counts(context.scene.shapes.shapes.size());
   Rays rays(context.scene);
-  for (std::size_t first = 0; first < kRays; first += kBatch) {
+  for (std::size_t first = 0; first < kRaysPerPart; first += kBatch) {
     if (stop.stop_requested()) return false;
-    for (std::size_t i = 0; i < kBatch; ++i) rays.aim(i, point_of(part.part * kRays + first + i));
+    for (std::size_t i = 0; i < kBatch; ++i) rays.aim(i, point_of(part.part * kRaysPerPart + first + i));
     rays.trace(context, kBatch);
     for (std::size_t i = 0; i < kBatch; ++i) {
       const auto shape = static_cast<std::size_t>(rays.shape[i]);
@@ -93,7 +93,7 @@ bool count_hits(const IntegratorContext& context, const PartRequest& part, std::
 }
 
 bool merge(std::span<const std::string_view> blobs, std::string& merged) {
-  Counts sum(blobs.front().size() / sizeof(Counts::value_type));
+  CountsByShape sum(blobs.front().size() / sizeof(CountsByShape::value_type));
   for (const std::string_view blob : blobs) {
     if (!add(blob, sum)) return false;
   }

@@ -14,7 +14,7 @@ namespace tessera::render {
 namespace {
 
 struct Latch {
-  int free_units;  // that do not wait
+  int free_units;  // this many do not wait
   std::filesystem::path file;
 };
 

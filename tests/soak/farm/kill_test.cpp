@@ -67,7 +67,7 @@ void kill_a_worker(FarmUnderTest& farm, int workers, Chance& chance) {
   }
   farm.kill_worker(victim);
   if (chance.below(3) == 0)
-    std::filesystem::remove_all(farm.cache_of(victim));  // that there is something to fetch
+    std::filesystem::remove_all(farm.cache_of(victim));  // a new cache has something to fetch
   farm.restart_worker(victim);
 }
 
@@ -190,11 +190,12 @@ class Witness {
   FarmUnderTest& farm_;
   const std::string job_id_;
   const std::unique_ptr<client::FarmClient> client_;
-  std::vector<std::size_t> read_;  // of each worker's log
+  std::vector<std::size_t> read_;  // bytes read of each worker's log
   // Used by the listening thread.
   std::vector<std::pair<std::uint32_t, Clock::time_point>> leased_;
   std::size_t renderings_ = 0;
-  std::map<std::uint32_t, Clock::time_point> acknowledged_;  // of the watching thread
+  // Used by the watching thread.
+  std::map<std::uint32_t, Clock::time_point> acknowledged_;
   std::jthread watching_, listening_;
 };
 

@@ -15,7 +15,7 @@ namespace {
 
 using testing::HasSubstr;
 
-constexpr std::size_t kDescriptors = 256;  // of the coordinator
+constexpr std::size_t kDescriptors = 256;  // limit of the coordinator
 constexpr std::size_t kStrangers = 600;
 
 Arguments with_few_descriptors() {

@@ -17,7 +17,7 @@ using std::chrono::seconds;
 
 // Between two tries of a connection lies a second at most; the rest is the program's own.
 constexpr double kSoon = 2;       // seconds
-constexpr seconds kHeadStart{2};  // of a program that starts before its coordinator
+constexpr seconds kHeadStart{2};  // a program starts this long before its coordinator
 constexpr seconds kOutage{8};     // long enough for every back-off to have reached its end
 
 double since(Clock::time_point begin) { return std::chrono::duration<double>(Clock::now() - begin).count(); }

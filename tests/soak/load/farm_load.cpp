@@ -86,7 +86,7 @@ int main(int argc, char** argv) {
   command.add("--server", server, "the coordinator's program").type_name("FILE").with_default();
   command.add("--workers", fleet_options.workers).with_default();
   command.add("--workers-per-connection", fleet_options.workers_per_connection).with_default();
-  command.add("--threads", fleet_options.threads, "of each worker").with_default();
+  command.add("--threads", fleet_options.threads_per_worker, "of each worker").with_default();
   command.add("--unit-ms", unit_ms, "what a unit takes on a thread, on average").with_default();
   command.add("--jobs", jobs.jobs).with_default();
   command.add("--users", jobs.users).with_default();

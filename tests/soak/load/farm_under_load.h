@@ -30,7 +30,7 @@ struct JobsOptions {
   std::size_t jobs = 4;
   std::size_t users = 2;        // take turns at submitting
   std::size_t scenes = 2;       // likewise
-  std::uint32_t units = 100;    // of each job, at least: the next square
+  std::uint32_t units = 100;    // units of each job, rounded up to a square
   std::uint32_t tile_size = 8;  // pixels
 };
 

@@ -60,7 +60,7 @@ class LoadTest : public testing::Test {
 
 TEST_F(LoadTest, JobsOfSeveralUsersShareTheFarm) {
   submit({.jobs = 10, .users = 5, .scenes = 1, .units = 400});
-  const auto workers = fleet({.workers = 200, .threads = 1, .unit_time = milliseconds(100)});
+  const auto workers = fleet({.workers = 200, .threads_per_worker = 1, .unit_time = milliseconds(100)});
   ASSERT_TRUE(wait_for([&] { return progress_.all_done(); }))
       << progress_.done() << " of " << progress_.wanted();
   EXPECT_EQ(workers->tally().refused, 0u);
@@ -77,7 +77,7 @@ TEST_F(LoadTest, JobsOfSeveralUsersShareTheFarm) {
 TEST_F(LoadTest, NothingIsLostWhenTheCoordinatorIsKilledUnderLoad) {
   submit({.jobs = 4, .users = 2, .scenes = 2, .units = long_form() ? 10'000u : 900u});
   const auto workers =
-      fleet({.workers = long_form() ? 1000u : 150u, .threads = 2, .unit_time = milliseconds(50)});
+      fleet({.workers = long_form() ? 1000u : 150u, .threads_per_worker = 2, .unit_time = milliseconds(50)});
   ASSERT_TRUE(wait_for([&] { return progress_.done() > progress_.wanted() / 4; }));
   farm_.kill_and_restart();
   ASSERT_TRUE(wait_for([&] { return progress_.all_done(); }))

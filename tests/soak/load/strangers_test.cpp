@@ -69,7 +69,7 @@ TEST(Strangers, LeaveThousandsOfWorkersAndNewcomersBeServed) {
   StubFleet fleet{farm->address(),
                   {.workers = workers,
                    .workers_per_connection = 1,
-                   .threads = 1,
+                   .threads_per_worker = 1,
                    .unit_time = seconds{long_form() ? 20 : 2}},
                   [&](const std::string& job, std::uint32_t unit) { progress.completed(job, unit); }};
   fleet.start();
@@ -128,7 +128,7 @@ class HalfCalls {
 
 TEST(Strangers, LargeRequestsThatNeverArriveWholeTakeBoundedMemory) {
   constexpr std::size_t kConnections = 8, kCalls = 16;
-  constexpr std::size_t kRequestBytes = std::size_t{64} << 20;  // within wire::kMaxMessageBytes
+  constexpr std::size_t kRequestBytes = std::size_t{64} << 20;  // less than wire::kMaxMessageBytes
   constexpr std::size_t kSent = kConnections * kCalls * kRequestBytes / 2;
   // gRPC cancels calls beyond its quota of 280 MiB, one after the other, while more arrives at what loopback
   // carries: 2.0 GiB at most were seen, of 4 without a quota. Then a quarter remains, for the quota and all

@@ -178,7 +178,7 @@ void StubFleet::Worker::enroll() {
   call->request.add_arithmetic_classes("avx2/embree-3.13.5/0badcafe");
   call->request.set_name("stub" + std::to_string(number_));
   call->request.set_host(call->request.name());
-  call->request.set_threads(fleet_.options_.threads);
+  call->request.set_threads(fleet_.options_.threads_per_worker);
   begin(call, &v1::WorkService::StubInterface::async_interface::Register,
         [this, call](const grpc::Status& status) {
           bool begin_beating = false;
@@ -203,7 +203,8 @@ void StubFleet::Worker::enroll() {
 
 /// How many units to ask for; they are on their way then. With mutex_ held.
 std::uint32_t StubFleet::Worker::want(v1::LeaseRequest& request) {
-  const std::size_t full = kQueuedPerThread * fleet_.options_.threads, expected = queue_.size() + asked_;
+  const std::size_t full = kQueuedPerThread * fleet_.options_.threads_per_worker,
+                    expected = queue_.size() + asked_;
   if (fleet_.stopping_ || id_.empty() || expected > full / 2) return 0;
   const auto units = static_cast<std::uint32_t>(full - expected);
   request.set_max_units(units);
@@ -256,7 +257,7 @@ void StubFleet::Worker::take(const v1::LeaseResponse& response) {
     const std::string& scene = scene_of_job_[lease.token().job_id()];
     if (std::find(scenes_.begin(), scenes_.end(), scene) != scenes_.end()) continue;
     scenes_.push_back(scene);
-    if (scenes_.size() > fleet_.options_.loaded_scenes) scenes_.pop_front();
+    if (scenes_.size() > fleet_.options_.scenes_per_worker) scenes_.pop_front();
   }
 }
 
@@ -265,7 +266,7 @@ void StubFleet::Worker::render_next() {
   std::vector<v1::Lease> begun;
   {
     const std::lock_guard lock(mutex_);
-    while (busy_ < fleet_.options_.threads && !queue_.empty()) {
+    while (busy_ < fleet_.options_.threads_per_worker && !queue_.empty()) {
       ++busy_;
       begun.push_back(std::move(queue_.front()));
       queue_.pop_front();

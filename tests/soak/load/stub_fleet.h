@@ -18,9 +18,9 @@ namespace tessera::load {
 struct FleetOptions {
   std::size_t workers = 100;
   std::size_t workers_per_connection = 250;
-  std::uint32_t threads = 8;               // of each worker
-  std::chrono::milliseconds unit_time{0};  // on one thread, on average
-  std::size_t loaded_scenes = 2;           // that a worker holds
+  std::uint32_t threads_per_worker = 8;
+  std::chrono::milliseconds unit_time{0};  // mean on one thread
+  std::size_t scenes_per_worker = 2;
 };
 
 /// Counts of all that was done. Thread-safe.
@@ -31,7 +31,7 @@ struct FleetTally {
   std::atomic<std::uint64_t> revoked{0};  // leases
   std::atomic<std::uint64_t> retries{0};  // calls that were tried again
   std::atomic<std::uint64_t> leased{0};   // units
-  LatencyHistogram lease;                 // for how long workers that had nothing to do waited for units
+  LatencyHistogram lease;                 // time that workers with nothing to do waited for units
   LatencyHistogram complete;
   LatencyHistogram heartbeat;
 };

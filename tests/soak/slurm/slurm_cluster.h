@@ -17,7 +17,7 @@ namespace tessera::cluster {
 /// A batch job that is over, or not known any more.
 struct JobEnd {
   std::string state;   // "COMPLETED", "FAILED", "CANCELLED"
-  int exit_code = -1;  // of the script
+  int exit_code = -1;  // exit code of the script
 };
 
 /// Nodes `one` and `two` have as many CPUs each as the machine. Jobs of the partition `high` preempt those of

@@ -10,7 +10,7 @@ double square(double x) { return x * x; }
 
 /// Energy scattered of light along wo.
 struct Albedo {
-  std::array<double, 3> mean{};  // per component: the mean weight, refraction's radiance factor taken back
+  std::array<double, 3> mean{};  // each component's mean weight, refraction's radiance factor taken back
   double deviation = 0;          // standard deviation of the first component's weights
 };
 
@@ -45,7 +45,7 @@ double even_error(int samples, double deviation) {
 // For weights between 0 and about 1.
 const double kEvenTolerance = even_error(1 << 14, 1);
 
-constexpr int kManySamples = 1 << 18;  // for weights that are far from 1, as those of balanced models are
+constexpr int kManySamples = 1 << 18;  // needed where weights are far from 1, as those of balanced models are
 
 /// Error of a balanced model's albedo in a single direction. Its table keeps the mean over diffuse light;
 /// between the table's nodes it is off: measured with 2^18 and 2^20 points, by 0.28 % at most where the
@@ -191,7 +191,7 @@ TEST(BsdfEnergy, WhiteHairKeepsEverything) {
 
 /// Mean of albedo() over diffuse light from above or below.
 double mean_albedo(const BsdfCase& bsdf, bool below) {
-  constexpr int kRings = 24;  // of even projected solid angle, each at an azimuth of its own
+  constexpr int kRings = 24;  // all have the same projected solid angle, each an azimuth of its own
   double sum = 0;
   for (int i = 0; i < kRings; ++i) {
     const double degrees = std::acos(std::sqrt((i + 0.5) / kRings)) * 180 / M_PI;

@@ -51,7 +51,7 @@ double least_alpha(const BsdfCase& bsdf) {
   return std::pow(std::min(bsdf.scalar(render::slot::kRoughness), coat), 2);
 }
 
-/// By how much a value may be off where direction vectors of single precision, wrong by 1e-7, are all that
+/// Error of a value where direction vectors of single precision, wrong by 1e-7, are all that
 /// both ways have in common: they move the normal of the microfacet by about 1e-7 / cos, which changes ln D
 /// by at most 2 / alpha a radian. Infinite near the critical angle: there eta^2 - sin^2 is a difference of
 /// nearly equal numbers.

@@ -59,14 +59,14 @@ class Partition {
  private:
   static constexpr int kRows = 8, kColumns = 8;
   static constexpr int kMaxDepth = 44;
-  static constexpr double kTolerance = 5e-7;  // of the integral over one cell
-  static constexpr double kMaxMass = 0.01;    // of one cell: the histogram's resolution
+  static constexpr double kTolerance = 5e-7;  // error of the integral over one cell
+  static constexpr double kMaxMass = 0.01;    // bound for one cell: the histogram's resolution
   static constexpr double kMaxEdgeMass = 1e-5;
   static constexpr int kEdgeDepth = 8;
 
   struct Node {
     SphereCell cell;
-    int first_child;  // of two; -1: a leaf
+    int first_child;  // the second one follows it; -1: a leaf
     int leaf;
   };
 

@@ -49,7 +49,7 @@ class RoughBoundary {
 
   struct Scattered {
     Direction w;
-    double weight;  // of energy, masking included; Fresnel is in the choice
+    double weight;  // share of the energy, masking included; Fresnel is in the choice
     bool transmitted;
   };
 

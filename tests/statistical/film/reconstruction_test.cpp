@@ -32,7 +32,7 @@ constexpr const char* kScene = R"(
 
 struct Filter {
   const char* text;
-  double least_gain;  // of variance, over the whole picture
+  double least_gain;  // ratio of variances over the whole picture
 };
 // Half of what noise that knows nothing of the place gains: the square of the integral of |f|, which samples
 // drawn from the filter have, over the integral of f^2 (tent of radius r: 2.25 r^2, Gaussian: 4 pi sigma^2).

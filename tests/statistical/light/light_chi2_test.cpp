@@ -11,7 +11,7 @@ namespace {
 struct View {
   const Lamp* lamp;
   Point reference;
-  Point normal = {};  // of the receiver, if it has one
+  Point normal = {};  // the receiver's, if it has one
 
   Receiver receiver() const { return {wide(reference), wide(normal)}; }
 };
@@ -169,7 +169,7 @@ TEST(LightChi2, Rectangle) {
              {&lamp, {1, 3, -1}, unit({-1, 0.1, 0.05})},
              {&lamp, middle + out * 0.03 + x * 0.1, unit(out * -1 + x)},
              {&lamp, middle + out * 12 + x, unit(x * -1)},   // small, and sampled by solid angle
-             {&lamp, middle + out * 60 + x * 30, out * -1},  // so small that it is sampled by area
+             {&lamp, middle + out * 60 + x * 30, out * -1},  // small enough to be sampled by area
              {&lamp, corner + x * 1.001 + out * 0.4, unit(x * -1)}});
 }
 
@@ -191,8 +191,8 @@ TEST(LightChi2, SoftPoint) {
   const Lamp lamp = soft_lamp("soft point", LightKind::kSoftPoint, {1, 2, 3}, 0.8f);
   check_all({{&lamp, {0, 0, 0}},
              {&lamp, {1, 2, 2.15}},       // just above the surface
-             {&lamp, {1.3, 1.8, 2.7}},    // within it
-             {&lamp, {1, 2, 3}},          // at the centre
+             {&lamp, {1.3, 1.8, 2.7}},    // inside
+             {&lamp, {1, 2, 3}},          // the centre
              {&lamp, {-200, 100, 50}}});  // half-angle of a fifth of a degree
 }
 

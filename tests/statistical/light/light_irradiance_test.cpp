@@ -9,7 +9,7 @@ namespace {
 
 struct Estimate {
   double mean[3] = {0, 0, 0};
-  double deviation[3] = {0, 0, 0};  // of the mean
+  double deviation[3] = {0, 0, 0};  // standard error of the mean
 };
 
 /// Irradiance on a surface at `at` with normal `n`, light by light; with `cosine_known`, lights are

@@ -70,9 +70,8 @@ TEST(LightSample, AgreesWithItsLight) {
   for (const Point reference : {Point{0, 0, 0}, Point{0.3, 0.2, 1.99}, Point{0.4, 0.9, 1}}) {
     for (const Lamp* lamp : {&quad, &disk, &sphere, &inward}) check_samples(*lamp, reference);
   }
-  check_samples(
-      cylinder,
-      {1.1, 2.1, 3.2});  // from within: at the outline the two walls are within rounding of each other
+  // Seen from inside: at the outline the two walls are within rounding of each other.
+  check_samples(cylinder, {1.1, 2.1, 3.2});
   check_samples(sphere, {-300, 200, 100});
   check_samples(quad, {-30, 20, -10});
 }
@@ -96,7 +95,7 @@ TEST(LightSample, SoftLightsAreSampledOnTheirSphere) {
           ++all;
           const double distance = s.distance.lane(l);
           const std::vector<LampHit> hits = lamp.hits(reference, lane(s.wi, l));
-          if (hits.empty()) continue;  // within rounding of the outline
+          if (hits.empty()) continue;  // it is within rounding of the outline
           const LampHit& hit = std::abs(hits.front().t - distance) < std::abs(hits.back().t - distance)
                                    ? hits.front()
                                    : hits.back();

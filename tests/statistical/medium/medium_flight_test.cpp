@@ -203,9 +203,9 @@ TEST(MediumFlight, GridsAlongAxesAndPlanes) {
   for (const Ray& ray :
        {Ray{{-1, 0.3, 0.6}, {1, 0, 0}, 3},      // along an axis
         Ray{{0.4, 0.5, 2}, {0, 0, -1}, 3},      // and on walls between cells
-        Ray{{0.2, -1, 1.0 / 3}, {0, 1, 0}, 3},  // on edges of cells
-        Ray{{0, 0, 0}, unit({1, 1, 1}), 2},     // from corner to corner
-        Ray{{1, 1, 1}, unit({-1, -1, -1}), 2}, Ray{{0, 0.5, 0.5}, {1, 0, 0}, 0.7f},  // from its face
+        Ray{{0.2, -1, 1.0 / 3}, {0, 1, 0}, 3},  // along edges of cells
+        Ray{{0, 0, 0}, unit({1, 1, 1}), 2},     // corner to corner
+        Ray{{1, 1, 1}, unit({-1, -1, -1}), 2}, Ray{{0, 0.5, 0.5}, {1, 0, 0}, 0.7f},  // starts on a face
         Ray{{0.6, 0.7, 0.2}, unit({1e-6, 1, 1e-6}), 3}}) {
     SCOPED_TRACE(ray.direction.x);
     check_ray(table, ray, {1, 1, 1});

@@ -32,7 +32,7 @@ TEST(PValues, AreCombinedAsPublished) {
   const std::vector<double> adjusted = holm_adjusted(four);
   EXPECT_DOUBLE_EQ(adjusted[0], 0.03);
   EXPECT_DOUBLE_EQ(adjusted[1], 0.06);
-  EXPECT_DOUBLE_EQ(adjusted[2], 0.06);  // at least that of the smaller p-value
+  EXPECT_DOUBLE_EQ(adjusted[2], 0.06);  // not below that of the smaller p-value
   EXPECT_DOUBLE_EQ(adjusted[3], 0.02);
   EXPECT_NEAR(binomial_tail(1, 10, 0.1), 1 - std::pow(0.9, 10), 1e-12);
   EXPECT_NEAR(binomial_tail(10, 10, 0.1), 1e-10, 1e-20);

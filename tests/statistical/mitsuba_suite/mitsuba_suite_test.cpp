@@ -39,7 +39,7 @@ constexpr double kReferenceSpp = 32000;
 
 struct SuiteScene {
   const char* path;
-  // By how much the reference is too dark, where that is known from elsewhere.
+  // Light that the reference lacks, where that is known from elsewhere.
   std::array<double, 3> missing{};
 };
 
@@ -85,7 +85,7 @@ RgbPlanes planes(const client::Image& image, const std::string& prefix) {
 struct Renders {
   ReferenceImage reference;
   std::vector<RgbPlanes> images;
-  RgbPlanes variance;  // of one sample, the mean of what all images say
+  RgbPlanes variance;  // mean of all images' estimates
   double spp = 0;
 };
 
@@ -125,7 +125,7 @@ class RenderedScene {
     renders.spp = file_->job.samples().spp();
     for (std::uint64_t seed = first_seed; seed < first_seed + kSeeds; ++seed) {
       const client::Image image = render_image(*file_, seed);
-      if (image.channels.empty()) return {};  // what failed has been said
+      if (image.channels.empty()) return {};  // the failure has been reported
       // To look at a scene that fails.
       if (const char* folder = std::getenv("TESSERA_SUITE_IMAGES")) {
         const std::string name = path_.stem().string() + "_" + std::to_string(seed) + ".exr";

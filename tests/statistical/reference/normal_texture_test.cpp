@@ -95,8 +95,8 @@ TEST(NormalTexture, OfDirectionsTurnsTheAnisotropy) {
     return picture_of(
         absl::StrCat("gltf { roughness { constant: 0.4 } anisotropy { constant: 0.8 } ", more, " }"));
   };
-  // By blocks, as the tangents of a disk go round. A block has 4096 samples, which vary by less than a half:
-  // six standard errors of a difference of two are below 0.07.
+  // Blocks are compared, as the tangents of a disk go round. A block has 4096 samples, which vary by less
+  // than a half: six standard errors of a difference of two are below 0.07.
   const auto largest_difference = [](const Picture& a, const Picture& b) {
     double largest = 0;
     for (std::size_t i = 0; i < a.values.size(); ++i)

@@ -185,7 +185,7 @@ struct Case {
   std::string motion = "";
   std::string eye = "-4, 0,0.8386,-0.5448,3";  // y and z of the camera's place, an axis between them
   std::string reference = "path";
-  double error = 0.01;  // of the whole picture, relative
+  double error = 0.01;  // relative error of the whole picture
   double caustics = 1;  // their radius, as a part of the others'
 };
 
@@ -283,7 +283,7 @@ INSTANTIATE_TEST_SUITE_P(
 /// A floor under a lamp near by, by photons alone: it is bright in one place, and its irradiance is known.
 struct LitFloor {
   static constexpr int kSide = 16;
-  static constexpr double kHeight = 0.4, kHalf = 0.5;  // of the lamp; of the picture
+  static constexpr double kHeight = 0.4, kHalf = 0.5;  // height of the lamp, half the picture's side
 
   std::vector<double> render(double radius, int photons, std::uint32_t passes, std::uint64_t seed,
                              const char* map = "PHOTON_MAP_PROGRESSIVE") const {

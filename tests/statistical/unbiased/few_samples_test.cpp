@@ -24,7 +24,7 @@ struct Size {
   std::uint32_t side, few, renders, many;
 };
 constexpr Size kShort{16, 16, 64, 4096}, kLong{40, 16, 256, 65536};
-constexpr std::uint32_t kBatches = 64;  // of the render of many
+constexpr std::uint32_t kBatches = 64;  // batches of the render with many samples
 
 /// Mean, variance of that mean, and how many samples they are from, of every pixel and channel.
 struct Estimate {

@@ -404,7 +404,7 @@ TEST(PathSharing, LeavesNoStructure) {
       pictures.emplace_back(tile->values.begin(), tile->values.begin() + kSide * kSide);
       for (const double value : pictures.back()) mean += value / (renders * double{kSide} * kSide);
     }
-    // By picture: squared differences by axis and phase, and how much more pixels agree two apart than one.
+    // Over pictures: squared differences by axis and phase, and how much better pixels agree two apart.
     std::vector<double> sum(2 * kPhases + 2), squares = sum;
     for (const std::vector<double>& picture : pictures) {
       std::vector<double> values(sum.size());
@@ -444,7 +444,7 @@ TEST(PathSharing, LeavesNoStructure) {
   }
 }
 
-/// By itself, light is shared where it pays: a convex thing under the sky has no second surfaces.
+/// Without being asked, light is shared where it pays: a convex thing under the sky has no second surfaces.
 TEST(PathSharing, APilotDecides) {
   const auto rendered = [](const std::string& things, v1::PathSharing sharing) {
     SceneJob job;

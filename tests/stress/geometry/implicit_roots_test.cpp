@@ -109,7 +109,8 @@ class ImplicitRootsTest : public testing::TestWithParam<NamedFunction> {};
 TEST_P(ImplicitRootsTest, AreTheFirstOfExactArithmetic) {
   const NamedFunction& f = GetParam();
   const bool double_roots = std::string_view(f.name) == "double";
-  const double most = std::string_view(f.name) == "tori" ? 1e5 : 1e6;  // of degree 12: ten times as slow
+  // The tori have degree 12: ten times as slow.
+  const double most = std::string_view(f.name) == "tori" ? 1e5 : 1e6;
   for (const ImplicitRoots roots : {ImplicitRoots::kSturm, ImplicitRoots::kInterval}) {
     for (const auto& [size, distance] :
          {std::pair(1.0, 0.0), std::pair(1e-6, 1e3), std::pair(1.0, 1e7), std::pair(1e6, 1e7)}) {
@@ -142,7 +143,7 @@ TEST(ImplicitNewton, MissesFirstRoots) {
     std::printf("newton, %s: %d wrong of %d\n", f.name, static_cast<int>(tally.wrong),
                 static_cast<int>(tally.rays));
     if (std::string_view(f.name) == "sphere") {
-      EXPECT_EQ(tally.wrong, 0);  // of two roots it finds the first, from there the other
+      EXPECT_EQ(tally.wrong, 0);  // the first of two roots is found from outside, the other from there
     }
     if (std::string_view(f.name) == "barth") {
       EXPECT_GT(tally.wrong, 20);

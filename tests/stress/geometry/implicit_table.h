@@ -12,7 +12,7 @@ namespace tessera::render::TESSERA_ISA {
 struct NamedFunction {
   const char* name;
   const char* text;
-  double radius;  // of the ball that it is clipped to
+  double radius;  // radius of the ball that it is clipped to
 };
 
 inline constexpr NamedFunction kPolynomials[] = {

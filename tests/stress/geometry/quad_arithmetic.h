@@ -12,7 +12,7 @@ namespace tessera::render::TESSERA_ISA {
 #if defined(__SIZEOF_FLOAT128__)
 using Quad = __float128;
 #else
-using Quad = long double;  // as wide where there is no __float128
+using Quad = long double;  // it has as many bits where there is no __float128
 #endif
 
 inline Quad root(Quad x) {

@@ -278,7 +278,8 @@ SelfHits leak(Solid solid, double size, Point at, std::int64_t rays) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
       const double phi = 2 * M_PI * random(), r = 0.5 * size * std::sqrt(random());
       const Point target = floor + x * (r * std::cos(phi)) + y * (r * std::sin(phi));
-      view.aim(i, target - up * (0.5 * size), target);  // from below: the floor is met, whatever stands on it
+      // Seen from below, the floor is met, whatever stands on it.
+      view.aim(i, target - up * (0.5 * size), target);
     }
     traced.nearest(view);
     for (int first = 0; first < RayBatch::kSize; first += kWidth) {

@@ -63,7 +63,7 @@ Expected convex(const Line& line, const std::vector<Facet>& planes) {
   Quad enter = -far, leave = far;
   double enter_slack = 0, leave_slack = 0;
   Expected e;
-  // By how much each may move: the bounds of the bounds.
+  // Bounds of the bounds, which each may move within.
   Quad enter_low = -far, enter_high = -far, leave_low = far, leave_high = far;
   for (const Facet& f : planes) {
     const Quad x = f.normal[0], y = f.normal[1], z = f.normal[2];

@@ -76,7 +76,7 @@ Holes look_at_front(const TracedTable& traced, Point centre, double radius, std:
   Holes holes;
   for (; holes.rays < rays; holes.rays += RayBatch::kSize) {
     for (int i = 0; i < RayBatch::kSize; ++i) {
-      const Point p = centre + random.direction() * (0.4 * radius * random());  // within the surface
+      const Point p = centre + random.direction() * (0.4 * radius * random());  // a point within the surface
       batch.aim(i, {}, p);
       batch.distance[i] = static_cast<float>(length(p));
     }
@@ -89,7 +89,7 @@ Holes look_at_front(const TracedTable& traced, Point centre, double radius, std:
 struct Case {
   const char* name;
   ClosedMesh mesh;
-  double distance;  // in radii, from the camera to the centre
+  double distance;  // radii from the camera to the centre
 };
 
 TEST(IntersectionProbe, TellsWhereFastTestsLeak) {

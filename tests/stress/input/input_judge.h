@@ -15,8 +15,8 @@ namespace tessera::stress {
 /// How often cases came out which way.
 struct Tally {
   std::uint64_t refused_by_importer = 0, refused_by_renderer = 0, rendered = 0;
-  std::uint64_t with_dropped_samples =
-      0;  // of the rendered: samples beyond what a pixel can sum count as black
+  // Part of the rendered: samples beyond what a pixel can sum count as black.
+  std::uint64_t with_dropped_samples = 0;
 
   std::uint64_t cases() const { return refused_by_importer + refused_by_renderer + rendered; }
   std::string to_string() const;

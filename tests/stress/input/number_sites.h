@@ -11,7 +11,7 @@ namespace tessera::stress {
 enum class TextKind {
   kPbrt,   // numbers outside of quotes; '#' begins a comment
   kProto,  // protobuf's text form: likewise
-  kXml,    // within quotes
+  kXml,    // numbers within quotes
   kPlain,  // OBJ and ASCII PLY: everywhere; '#' begins a comment in neither's numbers
 };
 

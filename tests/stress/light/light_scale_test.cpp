@@ -66,7 +66,7 @@ struct Emitter {
   const char* name;
   std::function<std::string(double s, double scale)> scene;
   std::function<double(double s)> irradiance;
-  double largest;  // that float can place: a sphere of 10^6 is known to 0.06, and it hangs 1 above the floor
+  double largest;  // limit of float: a sphere of 10^6 is known to 0.06, and it hangs 1 above the floor
 };
 
 constexpr char kGlow[] = " area_light { radiance { constant: 1 } } } ";

@@ -45,7 +45,7 @@ enum class Lamp { kSquare, kPoint, kSoft };
 /// Contents of the room.
 struct Room {
   Lamp lamp = Lamp::kSquare;
-  bool balls = false;  // of mirror, metal, glass and varnish
+  bool balls = false;  // balls of mirror, metal, glass and varnish
   bool fog = false;    // around the camera; then there is smoke in balls of glass and of nothing
 };
 

@@ -32,7 +32,7 @@ inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kC
 inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta, std::int32_t flags = 0) {
   return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta) + names_of(flags),
           render::BsdfKind::kDielectric,
-          {0.7f, 0.9f, 0.2f},  // with kTinted
+          {0.7f, 0.9f, 0.2f},  // used with kTinted
           {0.7f, 0.5f, 1.0f},
           {alpha_x, alpha_y, eta},
           flags};

@@ -11,7 +11,7 @@
 namespace tessera::support {
 namespace {
 
-constexpr int kLookAroundMs = 20;  // so soon a change of the fault takes effect
+constexpr int kLookAroundMs = 20;  // a change of the fault takes effect after this long
 
 sockaddr_in loopback(int port) {
   sockaddr_in address{};

@@ -17,8 +17,8 @@ class TcpProxy {
   enum class Fault {
     kNone,
     kSilence,   // nothing is forwarded, nothing is closed: as when packets are lost both ways
-    kDeaf,      // what the clients send is not forwarded; what the server sends is
-    kMute,      // what the server sends is not forwarded; what the clients send is
+    kDeaf,      // bytes from the clients are not forwarded; those from the server are
+    kMute,      // bytes from the server are not forwarded; those from the clients are
     kRefusing,  // connections are closed, new ones at once
   };
 

@@ -84,7 +84,7 @@ TEST_F(AgentLife, OneThatWasRegisteredOutlivesAnswersToDamagedCalls) {
   coordinator_.offer("job", spec_for_scene(), 1, 1);
   ASSERT_TRUE(coordinator_.wait_for_results(2));
   coordinator_.forget_workers();
-  coordinator_.misread(2);  // of Lease or Register
+  coordinator_.misread(2);  // two calls of Lease or Register
   coordinator_.offer("job", spec_for_scene(), 2, 1);
   ASSERT_TRUE(coordinator_.wait_for_results(3));
   EXPECT_TRUE(stop_and_join().ok());

@@ -56,7 +56,7 @@ TEST_F(AgentMetrics, MetricsSayWhatItDid) {
 
 TEST_F(AgentMetrics, MetricsTellFailuresFromStops) {
   renderer_.hanging_tiles = {0};
-  coordinator_.offer("job", spec_for_scene(), 0, 4);  // of one thread: one hangs, and one waits in vain
+  coordinator_.offer("job", spec_for_scene(), 0, 4);  // one thread: one unit hangs, and one waits in vain
   start(1, /*grace=*/std::chrono::milliseconds{0});
   ASSERT_TRUE(coordinator_.wait_for_leased(2));
   wait_for_hanging(1);

@@ -114,7 +114,7 @@ TEST_F(BlobCacheTest, OneFetchServesAllWhoAskAtOnce) {
   const std::string all(100'000, 'b');
   const std::string digest = wire::sha256_hex(all);
   const auto one = open();
-  const auto other = open();  // as another process would
+  const auto other = open();  // stands for another process
   std::atomic<int> fetches{0};
   const auto fetch = [&](std::uint64_t offset, const BlobCache::Sink& sink) {
     ++fetches;

@@ -10,7 +10,7 @@ namespace tessera::client {
 namespace {
 
 constexpr int kSide = 64, kSeeds = 4;
-constexpr double kEpsilon = 0.01;  // of relMSE
+constexpr double kEpsilon = 0.01;  // relMSE's
 
 Image empty_image() {
   Image image;

@@ -156,7 +156,7 @@ TEST_P(Denoise, FillsWhatIsNotFiniteAndCutsLoneFireflies) {
   };
   set("R", 410, std::numeric_limits<float>::quiet_NaN());
   set("variance.G", 411, std::numeric_limits<float>::infinity());
-  for (const char* name : {"R", "G", "B"}) set(name, 830, 1000);  // of the second half: half.* are as before
+  for (const char* name : {"R", "G", "B"}) set(name, 830, 1000);  // second half only: half.* are as before
   const Image clean = denoised(raw);
   for (const char* name : {"R", "G", "B"}) {
     for (const float value : clean.find(name)->values) ASSERT_NEAR(value, 0.5f, 0.2f) << name;

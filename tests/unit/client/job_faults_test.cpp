@@ -202,7 +202,7 @@ TEST(JobFaults, OfTextures) {
       {"textures { name: 'h' image { image { path: 'text.png' } } }", "image text.png: it is none of PNG"},
       {"textures { name: 'i' image { image { path: 'huge.pfm' } filter: EWA } }", "40000 x 40000 texels"},
       {"textures { name: 'j' image { image { path: 'dot.pfm' } } }", ""},
-      {"textures { name: 'k' image { image { path: 'more.png' } } }", ""},  // which nothing looks up
+      {"textures { name: 'k' image { image { path: 'more.png' } } }", ""},  // nothing looks it up
       {"textures { name: 'l' mesh_attribute { attribute: 'heat' } }", ""},
       {"materials { name: 'm' diffuse { reflectance { texture: 'h' } } back: 'n' }", ""},
       {"materials { name: 'n' diffuse { reflectance { texture: 'i' } } opacity { texture: 'j' } }", ""},

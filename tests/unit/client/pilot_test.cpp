@@ -15,14 +15,14 @@ namespace {
 struct Toy {
   std::string name;
   double cost = 1e-6;     // CPU seconds of a sample
-  double variance = 1;    // of a sample, relative
+  double variance = 1;    // relative variance of a sample
   double seldom = 0;      // share of the light that only `chance` of the samples find
   double chance = 1;      //
   double blind_from = 1;  // no light is seen right of this share of the width
   double blur = 0;        // relative error of the first pass, of alternating sign
   int ways = 1;
   std::string refusal = {};
-  std::string unseen = {};  // what it is known never to find
+  std::string unseen = {};  // light that it is known never to find
 };
 
 constexpr std::uint32_t kSide = 512;

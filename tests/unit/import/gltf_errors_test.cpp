@@ -8,7 +8,7 @@ using testing::HasSubstr;
 
 struct Fault {
   const char* patch;  // RFC 6902
-  const char* place;  // of the error
+  const char* place;  // place of the error
 };
 
 // ---- the form of objects

@@ -153,7 +153,7 @@ TEST_F(MitsubaShapes, SerializedFilesHoldSeveralMeshes) {
   EXPECT_THAT(plain.normals.subspan(0, 3), ElementsAre(0, 0, 1));  // computed
   EXPECT_TRUE(plain.uvs.empty());
   EXPECT_THAT(full.normals.subspan(0, 3), ElementsAre(0, 0, -1));
-  EXPECT_EQ(full.uvs[5], 0.25f);  // as it stands
+  EXPECT_EQ(full.uvs[5], 0.25f);  // not flipped
   EXPECT_THAT(error_of(import_xml(with_sensor(shape + "<integer name='shape_index' value='2'/></shape>"))),
               HasSubstr("there is no mesh 2: the file holds 2"));
   write("a.serialized", first.substr(0, first.size() - 9));
@@ -161,7 +161,7 @@ TEST_F(MitsubaShapes, SerializedFilesHoldSeveralMeshes) {
               HasSubstr("the mesh is damaged or cut off"));
   write("a.serialized", "nonsense");
   EXPECT_THAT(error_of(import_xml(with_sensor(shape + "</shape>"))),
-              HasSubstr("scene.xml:3:26: "));  // at the property that names the file
+              HasSubstr("scene.xml:3:26: "));  // the property that names the file
 }
 
 TEST_F(MitsubaShapes, AnalyticShapesHaveMitsubasParameters) {

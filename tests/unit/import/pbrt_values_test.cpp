@@ -334,7 +334,7 @@ TEST_F(PbrtValues, ImagesAreFilteredByTheirOwnWords) {
   const std::string ewa = "\"string filter\" \"ewa\" \"float maxanisotropy\" ";
   EXPECT_EQ(image(ewa + "4").filter(), v1::ImageTexture::EWA);
   EXPECT_EQ(image(ewa + "4").max_anisotropy(), 4);
-  EXPECT_FALSE(image(ewa + "0.5").has_max_anisotropy());  // with a warning
+  EXPECT_FALSE(image(ewa + "0.5").has_max_anisotropy());  // it gives a warning
   EXPECT_FALSE(image(ewa + "1e9").has_max_anisotropy());
   EXPECT_FALSE(image("\"string filter\" \"sharp\"").has_filter());
 }
@@ -379,7 +379,8 @@ TEST_F(PbrtValues, TexturesStandInTheirOwnSpace) {
   EXPECT_DOUBLE_EQ(plane.texture_from_world().elements(1), 2);
   EXPECT_DOUBLE_EQ(plane.texture_from_world().elements(5), 1);
   EXPECT_FLOAT_EQ(plane.offset_u(), 0.5f);
-  EXPECT_FLOAT_EQ(textures["dots"].dots().outside().constant().rgb().r(), 1);  // as pbrt has it
+  EXPECT_FLOAT_EQ(textures["dots"].dots().outside().constant().rgb().r(),
+                  1);  // pbrt swaps inside and outside
   EXPECT_EQ(textures["noise"].noise().kind(), v1::NoiseTexture::WRINKLED);
   EXPECT_EQ(textures["noise"].noise().octaves(), 3u);
   EXPECT_DOUBLE_EQ(textures["noise"].noise().texture_from_world().elements(3), -5);

@@ -171,7 +171,7 @@ TEST_F(ImageBlob, LeavesOtherFormsToOpenImageIo) {
   }
 }
 
-/// By own readers and by OpenImageIO.
+/// The own readers and OpenImageIO both do.
 TEST_F(ImageBlob, TellsTheSizeOfAFileFromItsHeader) {
   for (const char* name : {"noise.png", "noise.jpg", "noise.bmp", "noise.tif"}) {
     const std::string bytes = file(name, 3, OIIO::TypeDesc::UINT8);

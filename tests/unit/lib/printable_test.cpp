@@ -45,7 +45,7 @@ TEST(Printable, BeginningsEndBetweenCharacters) {
   EXPECT_EQ(beginning_of("one", 3), "one");
   EXPECT_EQ(beginning_of("one", 2), "on");
   EXPECT_EQ(beginning_of("", 0), "");
-  const std::string text = "a\u00fc\u6e32\U0001f3ac";  // of 1, 2, 3 and 4 bytes
+  const std::string text = "a\u00fc\u6e32\U0001f3ac";  // characters of 1, 2, 3 and 4 bytes
   const std::size_t ends[] = {0, 1, 1, 3, 3, 3, 6, 6, 6, 6, 10};
   for (std::size_t bytes = 0; bytes < std::size(ends); ++bytes)
     EXPECT_EQ(beginning_of(text, bytes).size(), ends[bytes]) << bytes;

@@ -16,7 +16,7 @@ namespace {
 struct CorpusScene {
   const char* folder;
   const char* file;
-  bool small;  // in the short form too
+  bool small;  // rendered in the short form, too
   bool curves = false;
 };
 const CorpusScene kScenes[] = {

@@ -28,7 +28,7 @@ using test::sidak_level;
 using testing::Each;
 using testing::Gt;
 
-constexpr int kFields = 3;  // that are drawn at random
+constexpr int kFields = 3;  // drawn at random
 
 /// Sums of one cell, whose bins have values that differ by factors of up to 10,000.
 std::vector<GuideSum> sums_of_cell(std::uint64_t cell, unsigned seed) {

@@ -23,7 +23,7 @@ struct Measured {
 };
 
 constexpr int kPictures = 16;
-constexpr int kParts = 5;  // of the film: its quarters, and the whole
+constexpr int kParts = 5;  // the film's quarters, and the whole
 
 /// Measures the green channel of layers, part by part of the film.
 std::map<std::string, std::vector<Measured>> measure(const Request& request, std::uint64_t first_seed) {
@@ -139,7 +139,7 @@ TEST_P(LayersThatAgree, OfPhotonAndPath) {
   Request photon = by("photon");
   photon.photon_radius = 0.05;
   photon.spp = 4;
-  photon.photons = 16'384;  // so many that rare ones come to each part of the film
+  photon.photons = 16'384;  // enough for rare ones to come to each part of the film
   expect_agreement(by("path"), photon, 0.05);
 }
 

@@ -19,7 +19,7 @@ namespace {
 struct CorpusScene {
   const char* folder;
   const char* file;
-  bool small;  // in the short form too
+  bool small;  // rendered in the short form, too
 };
 const CorpusScene kScenes[] = {
     {"pbrt/cornell-box", "scene.pbrt", true},   {"mitsuba/cornell-box", "scene.xml", true},
@@ -28,7 +28,7 @@ const CorpusScene kScenes[] = {
     {"pbrt/hair-curl", "scene.pbrt", false},    {"pbrt/staircase", "scene.pbrt", false},
     {"pbrt/water-caustic", "scene.pbrt", false}};
 
-/// By the number of events, by the last of them, and by the kind of light, one after the other.
+/// The number of events, the last of them, and the kind of light, one after the other.
 const std::vector<std::vector<std::pair<const char*, const char*>>> kPartitions = {
     {{"bounce0", "LE"}, {"bounce1", "L.E"}, {"bounce2", "L.{2}E"}, {"more", "L.{3,}E"}},
     {{"seen", "LE"}, {"diffuse", "L.*DE"}, {"glossy", "L.*GE"}, {"specular", "L.*SE"}, {"volume", "L.*VE"}},

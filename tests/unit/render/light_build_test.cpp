@@ -248,7 +248,7 @@ TEST(SelectionOfLights, LiesBetweenPowerAndEvenness) {
   for (float& c : table.lights[1].radiance) c *= 99;
   for (float& c : table.lights[2].radiance) c = 0;
   const AliasTable selection = selection_of_lights(table, LightSelection::kMixed);
-  // By power alone it would be 0.01.
+  // It would be 0.01 by power alone.
   EXPECT_GT(selection.pmf[0], 0.1f);
   EXPECT_LT(selection.pmf[0], 0.5f);
   EXPECT_FLOAT_EQ(selection.pmf[0] + selection.pmf[1], 1);

@@ -184,7 +184,7 @@ TEST(MipLookup, TakesTheLevelWhoseTexelsAreAsWideAsTheFootprint) {
   };
   for (std::size_t k = 0; k < 5; ++k) {
     const int n = 16 >> k;
-    const float width = 1.0f / static_cast<float>(n);  // of a texel, which the whole footprint has
+    const float width = 1.0f / static_cast<float>(n);  // one texel, which the whole footprint has
     EXPECT_NEAR(value(0.5f * width, 1 - 0.5f * width, 0.5f * width), texel(pyramid, k, 0, 0, 1), 1e-5);
   }
   const double between = 0.5 * (texel(pyramid, 4, 0, 0, 1) + mean(pyramid, 4, 1));

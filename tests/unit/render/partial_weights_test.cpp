@@ -16,17 +16,17 @@ namespace {
 struct PathPoint {
   Float to_light, to_eye;      // cosines
   Float from_light, from_eye;  // densities by solid angle of going on, from that side
-  Float length_squared;        // of the edge towards the eye
+  Float length_squared;        // the edge towards the eye
   bool specular = false;
 };
 
 struct RandomPath {
   std::vector<PathPoint> points;
-  Float sampled, emitted_place, emitted_direction;  // by solid angle, by area, by solid angle
+  Float sampled, emitted_place, emitted_direction;  // densities by solid angle, by area, by solid angle
   Float camera;                                     // density by area of the vertex next to the lens
   Float camera_samples;
   bool delta_light;
-  float photons = 0;  // that a vertex would be merged with, for one that is joined
+  float photons = 0;  // photons merged with a vertex, for one that is joined
 
   RandomPath(int edges, unsigned seed, bool delta) : points(static_cast<std::size_t>(edges) + 1) {
     RandomLanes random(seed);

@@ -61,7 +61,7 @@ TEST(SobolSampler, PixelsDimensionsAndSeedsDiffer) {
 TEST(ZSobolSampler, PixelsAndAlignedBlocksOfThemAreNets) {
   constexpr std::uint32_t kSampleBits = 4;
   for (const int dimension : {0, 3, 70}) {
-    for (const int side_bits : {0, 1, 2}) {  // of blocks; squares of sequences have 2^8 pixels a side
+    for (const int side_bits : {0, 1, 2}) {  // a block's side; squares of sequences have 2^8 pixels a side
       for (const std::uint32_t x0 : {0u, 256u - 4u, 256u}) {
         std::vector<Pair> points;
         for (std::uint32_t p = 0; p < 1u << (2 * side_bits); ++p) {

@@ -42,8 +42,8 @@ Float one_where(Mask m) { return select(m, Float(1.0f), Float(0.0f)); }
 TEST(Warp, DiskIsUniform) {
   EXPECT_NEAR(mean([](Vec2 u) { return square_to_disk(u).x; }), 0, kSmooth);
   EXPECT_NEAR(mean([](Vec2 u) { return square_to_disk(u).y; }), 0, kSmooth);
-  EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_disk(u).x); }), 0.25,
-              kSmooth);  // of a uniform unit disk
+  // The second moments of a uniform unit disk.
+  EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_disk(u).x); }), 0.25, kSmooth);
   EXPECT_NEAR(mean([](Vec2 u) { return sqr(square_to_disk(u).y); }), 0.25, kSmooth);
   EXPECT_NEAR(mean([](Vec2 u) { return one_where(square_to_disk_polar(u).radius < 0.3f); }), 0.09, kEdge);
   EXPECT_NEAR(mean([](Vec2 u) { return one_where(square_to_disk_polar(u).angle < 1.0f); }),

@@ -28,7 +28,7 @@ TEST(Sensor, OrthographicRaysAreParallelAndInTheirPlaces) {
   const SensorRecord c = sensor_of(SensorKind::kOrthographic);
   const SensorRay ray = start_ray(c, {{Float(24.0f), Float(4.0f)}, {Float(0.3f), Float(0.7f)}, Float(0.0f)});
   EXPECT_FLOAT_EQ(ray.origin.x.lane(0), 0);
-  EXPECT_FLOAT_EQ(ray.origin.y.lane(0), 0.5f);   // to the right
+  EXPECT_FLOAT_EQ(ray.origin.y.lane(0), 0.5f);   // right of the middle
   EXPECT_FLOAT_EQ(ray.origin.z.lane(0), 0.75f);  // above
   EXPECT_FLOAT_EQ(ray.direction.x.lane(0), 1);
 }

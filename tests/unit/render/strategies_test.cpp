@@ -22,7 +22,7 @@ struct Quarters {
   double mean[5] = {}, error[5] = {};
 };
 
-/// By pictures of batches of samples that share no paths.
+/// Measures pictures of batches of samples that share no paths.
 template <class MakePicture>
 Quarters measure(std::uint32_t samples, MakePicture&& make_picture) {
   double sum[5] = {}, squares[5] = {};

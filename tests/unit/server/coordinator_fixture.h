@@ -51,7 +51,7 @@ class CoordinatorTest : public testing::Test {
   grpc::Status fail(const std::string& worker, const v1::Lease& lease, const std::string& message,
                     const std::vector<std::string>& log = {});
 
-  ManualClock clock_;  // of coordinators that are given it
+  ManualClock clock_;  // the clock of coordinators that are given it
   std::unique_ptr<Coordinator> coordinator_;
   std::unique_ptr<v1::FarmService::Stub> farm_;
   std::unique_ptr<v1::WorkService::Stub> work_;

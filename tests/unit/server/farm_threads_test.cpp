@@ -22,7 +22,7 @@ using google::protobuf::util::TimeUtil;
 using std::chrono::hours;
 using std::chrono::milliseconds;
 
-constexpr std::uint32_t kJobUnits = 16;  // of a job
+constexpr std::uint32_t kJobUnits = 16;
 constexpr char kScene[] = "a scene";
 
 /// Waits for the answer of a call that gives it through a `done`.

@@ -116,7 +116,7 @@ TEST_F(Hosts, AFinishedJobTellsOfResultsByALiar) {
   const std::string told = std::to_string(leases.leases_size()) + " units are of host liar";
   for (int round = 0; round < 2; ++round) {
     EXPECT_THAT(notes_of(over), Contains(HasSubstr(told)));
-    EXPECT_THAT(notes_of(open), Not(Contains(HasSubstr("may be wrong"))));  // they are rendered again
+    EXPECT_THAT(notes_of(open), Not(Contains(HasSubstr("may be wrong"))));  // its units are rendered again
     start(folder.path());  // quarantine, and who rendered what, outlive the coordinator
   }
   grpc::ClientContext context;

@@ -326,7 +326,7 @@ TEST_F(JobsTest, ShutdownEndsEveryCall) {
   grpc::ClientContext watch_context;
   const auto watched = farm_->WatchJob(&watch_context, watch_request(id));
   v1::WatchJobResponse message;
-  ASSERT_TRUE(watched->Read(&message));  // so the call is under way
+  ASSERT_TRUE(watched->Read(&message));  // the call is under way then
   v1::LeaseRequest request;
   request.set_worker_id(register_worker("avx512"));
   // Takes the four units, so that the next call waits.

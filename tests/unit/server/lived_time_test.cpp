@@ -13,7 +13,7 @@ using std::chrono::hours;
 using std::chrono::milliseconds;
 using Time = LivedTime::Time;
 
-constexpr Time kStart = hours{1000};  // of a steady clock
+constexpr Time kSteadyStart = hours{1000};
 constexpr Time kWall = hours{500'000};
 
 class LivedTimeTest : public testing::Test {
@@ -26,22 +26,22 @@ class LivedTimeTest : public testing::Test {
 
 TEST_F(LivedTimeTest, StepsOfTheWallsClockMakeNothingOlder) {
   LivedTime time;
-  EXPECT_EQ(time.advance(kStart, kWall), Time{0});
+  EXPECT_EQ(time.advance(kSteadyStart, kWall), Time{0});
   EXPECT_EQ(time.since_end_of("a"), Time{0});
-  EXPECT_EQ(time.advance(kStart + hours{1}, kWall + hours{1}), Time{0});
+  EXPECT_EQ(time.advance(kSteadyStart + hours{1}, kWall + hours{1}), Time{0});
   EXPECT_EQ(time.since_end_of("a"), hours{1});
-  EXPECT_EQ(time.advance(kStart + hours{2}, kWall + hours{2 + 400 * 24}), hours{400 * 24});
+  EXPECT_EQ(time.advance(kSteadyStart + hours{2}, kWall + hours{2 + 400 * 24}), hours{400 * 24});
   EXPECT_EQ(time.since_end_of("a"), hours{2});
-  EXPECT_EQ(time.advance(kStart + hours{3}, kWall), -hours{3 + 400 * 24});
+  EXPECT_EQ(time.advance(kSteadyStart + hours{3}, kWall), -hours{3 + 400 * 24});
   EXPECT_EQ(time.since_end_of("a"), hours{3});
 }
 
 TEST_F(LivedTimeTest, GoesOnAfterARestartAndTimeBetweenDoesNotCount) {
   {
     LivedTime first{file_};
-    first.advance(kStart, kWall);
+    first.advance(kSteadyStart, kWall);
     first.since_end_of("a");
-    first.advance(kStart + hours{5}, kWall + hours{5});
+    first.advance(kSteadyStart + hours{5}, kWall + hours{5});
     first.since_end_of("b");
     save(first);
   }
@@ -55,9 +55,9 @@ TEST_F(LivedTimeTest, GoesOnAfterARestartAndTimeBetweenDoesNotCount) {
 
 TEST_F(LivedTimeTest, AJobThatGoesOnEndsAnew) {
   LivedTime time;
-  time.advance(kStart, kWall);
+  time.advance(kSteadyStart, kWall);
   time.since_end_of("a");
-  time.advance(kStart + hours{1}, kWall + hours{1});
+  time.advance(kSteadyStart + hours{1}, kWall + hours{1});
   time.forget("a");
   EXPECT_EQ(time.since_end_of("a"), Time{0});
 }

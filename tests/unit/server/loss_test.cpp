@@ -90,7 +90,7 @@ class LossTest : public CoordinatorTest {
 
   v1::JobSpec spec(std::uint64_t seed) {
     v1::JobSpec spec = job_spec(kRanges);
-    spec.mutable_view()->set_seed(seed);  // else it would take over what is there
+    spec.mutable_view()->set_seed(seed);  // otherwise it would take over results that are there
     spec.mutable_farm()->set_user(absl::StrCat("user ", seed));
     return spec;
   }
@@ -252,7 +252,7 @@ class LossTest : public CoordinatorTest {
     CoordinatorOptions accepting = options(copy);
     accepting.accept_loss = true;
     start(accepting);
-    start(copy);  // what was accepted once is not refused again
+    start(copy);  // a loss that was accepted once is not refused again
     stop();
   }
 

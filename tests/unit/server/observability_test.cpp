@@ -44,7 +44,7 @@ TEST_F(Observability, MetricsFollowAJob) {
 
   const std::string payload = payload_for(leases.leases(0).unit());
   ASSERT_TRUE(complete(worker, leases.leases(0), payload).ok());
-  ASSERT_TRUE(complete(worker, leases.leases(0), payload).ok());  // as after a lost answer
+  ASSERT_TRUE(complete(worker, leases.leases(0), payload).ok());  // repeated because an answer was lost
   EXPECT_FALSE(complete(worker, leases.leases(1), "no result").ok());
   EXPECT_EQ(metric("tessera_units{state=\"done\"}"), 1);
   EXPECT_EQ(metric("tessera_unit_seconds_count"), 1);

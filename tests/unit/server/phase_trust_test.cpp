@@ -34,7 +34,7 @@ constexpr char kGarbage[] = "no blob of any phase";
 /// A blob that no renderer makes of the unit, though it might be one: `seed` is in its numbers.
 std::string sound_blob(const v1::JobSpec& spec, const v1::WorkUnit& unit, std::uint32_t seed) {
   const auto expected = wire::expected_blob(spec, unit);
-  if (!expected) {  // of tests' own phases: inputs, in brackets
+  if (!expected) {  // a phase of the tests' own: inputs, in brackets
     std::string blob = absl::StrCat(seed, "-", unit.index(), "(");
     for (const v1::BlobRef& input : unit.inputs()) absl::StrAppend(&blob, input.digest().substr(0, 8), " ");
     return blob + ")";
@@ -92,7 +92,7 @@ class PhaseTrustTest : public CoordinatorTest {
   /// A worker on a host, and so an identity, of its own.
   struct Maker {
     std::string id;
-    std::uint32_t seed = 0;  // in its blobs: who is honest has 0
+    std::uint32_t seed = 0;  // written into its blobs: an honest maker has 0
     bool malformed = false;  // its blobs are none
     bool reads_lies = true;  // it makes pixels of whatever blobs there are
   };
@@ -182,7 +182,7 @@ class PhaseTrustTest : public CoordinatorTest {
   }
 
   std::set<std::string> lies_;                                     // digests
-  std::map<std::uint32_t, std::vector<std::string>> tile_inputs_;  // of what was accepted last
+  std::map<std::uint32_t, std::vector<std::string>> tile_inputs_;  // inputs of the result accepted last
 };
 
 TEST_F(PhaseTrustTest, MalformedBlobsAreRefusedAndNobodyElseIsBlamed) {

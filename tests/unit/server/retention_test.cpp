@@ -22,7 +22,7 @@ class Retention : public CoordinatorTest {
   CoordinatorOptions options() {
     CoordinatorOptions options;
     options.data_dir = folder_.path();
-    options.prune_interval = milliseconds{1};  // at every tick of the dispatcher
+    options.prune_interval = milliseconds{1};  // every tick of the dispatcher prunes
     options.keep_fetched = kYears;
     options.keep_unfetched = kYears;
     options.clock = &clock_;
@@ -71,7 +71,7 @@ class Retention : public CoordinatorTest {
   }
   v1::JobSpec spec_with_seed(std::uint64_t seed) {
     v1::JobSpec spec = job_spec();
-    spec.mutable_view()->set_seed(seed);  // else it would take over what is there
+    spec.mutable_view()->set_seed(seed);  // otherwise it would take over results that are there
     return spec;
   }
   bool has_blob(const std::string& bytes) const {
@@ -171,7 +171,7 @@ TEST_F(Retention, BlobsGoWithTheLastJobThatNeedsThem) {
   render();
   fetch(first);
   wait_until_gone(first);
-  stop();  // which waits for whoever deletes blobs
+  stop();  // it waits for whoever deletes blobs
   EXPECT_FALSE(has_blob("only of the first"));
   EXPECT_TRUE(has_blob("a scene"));
   start(short_lived);

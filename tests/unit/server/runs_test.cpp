@@ -14,7 +14,7 @@ namespace tessera::server {
 namespace {
 
 constexpr std::uint32_t kRanges = 16;
-constexpr std::uint32_t kRunUnits = 4 * kRanges;  // of 2 x 2 tiles
+constexpr std::uint32_t kRunUnits = 4 * kRanges;  // 2 x 2 tiles
 constexpr std::chrono::milliseconds kTook{1};     // however long the test takes for it
 
 class RunsTest : public CoordinatorTest {
@@ -43,8 +43,8 @@ class RunsTest : public CoordinatorTest {
   int expect_whole(const std::string& id) {
     v1::WatchJobRequest request;
     request.set_job_id(id);
-    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<std::uint32_t>>
-        ranges;  // by corner of the tile
+    // Tiles are named by their corners.
+    std::map<std::pair<std::uint32_t, std::uint32_t>, std::set<std::uint32_t>> ranges_by_tile;
     int results = 0;
     std::uint32_t units = 0;
     for (const v1::WatchJobResponse& message : watch(request)) {
@@ -53,7 +53,7 @@ class RunsTest : public CoordinatorTest {
         EXPECT_EQ(result.payload(), payload_for(result.unit()));
         EXPECT_EQ(tile.samples().end() - tile.samples().begin(), 4 * result.ranges());
         for (std::uint32_t i = tile.samples().begin(); i < tile.samples().end(); i += 4) {
-          EXPECT_TRUE(ranges[std::pair(tile.pixels().x0(), tile.pixels().y0())].insert(i).second)
+          EXPECT_TRUE(ranges_by_tile[std::pair(tile.pixels().x0(), tile.pixels().y0())].insert(i).second)
               << "came twice";
           ++units;
         }

@@ -64,7 +64,7 @@ TEST_F(WorkersTest, AResultCostsNoMoreThanItsLeaseLasted) {
   options.clock = &clock_;
   start(std::move(options));
   const std::string id = submit(job_spec());
-  const std::string worker = register_worker();  // of two threads
+  const std::string worker = register_worker();  // two threads
   const v1::LeaseResponse leases = lease(worker, 4);
   ASSERT_EQ(leases.leases_size(), 4);
   clock_.advance(std::chrono::milliseconds{99});
@@ -103,7 +103,7 @@ TEST_F(WorkersTest, OfALargeFarmAreHeardOfLessOften) {
   const auto interval_ms = [&] { return heartbeat(first, {}).heartbeat_interval().nanos() / 1'000'000; };
   EXPECT_EQ(interval_ms(), 1);
   for (int i = 1; i < 100; ++i) register_worker();
-  EXPECT_EQ(interval_ms(), 50);  // of 100 workers, 2000 heartbeats a second
+  EXPECT_EQ(interval_ms(), 50);  // 100 workers, 2000 heartbeats a second
 }
 
 TEST_F(WorkersTest, ALeaseWaitsForWork) {

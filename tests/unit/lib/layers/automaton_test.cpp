@@ -32,7 +32,7 @@ char light_character(int label, int source) { return static_cast<char>('1' + 4 *
 
 struct Case {
   const char* expression;
-  const char* pattern;  // of the path from the camera
+  const char* pattern;  // a regular expression for the path from the camera
 };
 
 const Case kCases[] = {

@@ -96,7 +96,7 @@ TEST(CoatTable, AbsorptionAgreesWithAWalkBetweenCoatAndBase) {
 
   MaterialTable table;
   append_coat_table(1.5f, 0.1f, table);
-  double out = 0;  // of diffuse light from the base, the part that leaves at once
+  double out = 0;  // part of the diffuse light from the base that leaves at once
   constexpr int kSteps = 20000;
   for (int i = 0; i < kSteps; ++i) {
     const double cosine = (i + 0.5) / kSteps;

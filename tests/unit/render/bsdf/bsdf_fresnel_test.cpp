@@ -79,7 +79,7 @@ TEST(Dielectric, ObeysSnell) {
       EXPECT_EQ(s.transmission, sine < 1);
       if (!s.transmission) continue;
       EXPECT_NEAR(std::hypot(s.wi[0], s.wi[1]), sine, kRounding);
-      EXPECT_NEAR(s.wi[0] * wo[1], s.wi[1] * wo[0], kRounding);  // in the plane of incidence
+      EXPECT_NEAR(s.wi[0] * wo[1], s.wi[1] * wo[0], kRounding);  // wi lies in the plane of incidence
       EXPECT_LT(s.wi[0] * wo[0], 0);
       EXPECT_LT(s.wi[2] * wo[2], 0);
       EXPECT_NEAR(s.eta, relative, kRounding);

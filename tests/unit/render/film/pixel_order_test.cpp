@@ -100,7 +100,7 @@ TEST(PixelOrder, AGroupHasOnePixelOfEachPlace) {
 TEST(PixelOrder, WhichPixelsShareDependsOnHowFarApartTheyAreAlone) {
   constexpr PixelGroup kGroup{4, 4, 2};
   constexpr std::uint32_t kNumbers = 64, kSide = 64;
-  double sharing[4][8] = {};  // by distance along rows, and column in a grid of 8
+  double sharing[4][8] = {};  // [distance along rows][column in a grid of 8]
   for (std::uint32_t number = 0; number < kNumbers; ++number) {
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::size_t> group_of;
     std::size_t count = 0;

@@ -13,7 +13,7 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-constexpr int kDeep = 38;  // of whose numbers some are none of the coordinates
+constexpr int kDeep = 38;  // some of its numbers are none of the coordinates
 static_assert(kDeep > kMutatedEvents + 2);
 
 /// Light of some ways, which is where a number is large, and none in a third of the space.

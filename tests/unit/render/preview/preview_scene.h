@@ -53,7 +53,7 @@ inline std::string scene_text(const std::string& more = "", double fov = 60) {
 /// Shapes and primitives seen through the middles of all pixels.
 struct Items {
   std::vector<std::int32_t> shape, primitive, instance;
-  std::vector<float> t;  // of rays; the frame has none
+  std::vector<float> t;  // rays only; the frame has none
 };
 
 inline Items items_by_raster(const SceneTables& tables, const RayQuery& rays) {

@@ -10,7 +10,7 @@
 namespace tessera::render::TESSERA_ISA::preview_test {
 namespace {
 
-/// By rays: one sample a pixel, through its middle but for 1e-6 of it.
+/// Renders with rays: one sample a pixel, through its middle but for 1e-6 of it.
 wire::TileResult raycast_picture(const SceneContent& content, const SceneTables& tables) {
   wire::TileResult result = empty_picture(content.tables, 1);
   RenderStats stats;

@@ -80,10 +80,10 @@ TEST(MeshDefects, TrianglesWithoutAreaAreNamed) {
   std::vector<float> positions = cube_corners();
   positions.insert(positions.end(), {0, 0, 7, 1, 1, 8, 3, 3, 10});
   std::vector<std::uint32_t> triangles = cube_triangles();
-  triangles.insert(triangles.end(), {8, 9, 10, 0, 0, 1});  // in one line; two corners in one point
+  triangles.insert(triangles.end(), {8, 9, 10, 0, 0, 1});  // collinear; two corners in one point
   const render::MeshReport report = inspect(positions, triangles);
   EXPECT_EQ(count(report, MeshDefect::kDegenerate), 2);
-  EXPECT_EQ(count(report, MeshDefect::kOpenEdge), 3);  // of the first
+  EXPECT_EQ(count(report, MeshDefect::kOpenEdge), 3);  // the edges of the first
 }
 
 TEST(MeshDefects, AMoebiusStripTurnsItsBackOnce) {

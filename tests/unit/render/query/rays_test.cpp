@@ -159,7 +159,7 @@ TEST(QueryRays, CrossEdgesAndVerticesOfAMeshOnce) {
   for (int from = 0; from < 343; ++from) {
     const V3d o(from % 7 - 3, from / 7 % 7 - 3, from / 49 - 3);
     const double size = std::max({std::abs(o.x), std::abs(o.y), std::abs(o.z)});
-    if (size == 1) continue;  // on it
+    if (size == 1) continue;  // it lies on the cube
     for (int to = 0; to < 27; ++to) {
       const V3d target(to % 3 - 1, to / 3 % 3 - 1, to / 9 - 1);
       if (target == o) continue;

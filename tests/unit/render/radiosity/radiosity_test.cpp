@@ -92,7 +92,7 @@ TEST(Radiosity, AllThatIsEmittedIsAbsorbed) {
     emitted += area * double{node.matter.emission.band[0]};
   }
   EXPECT_NEAR(emitted, 1, 1e-6);
-  // By half of the bound of a link: they err to both sides.
+  // Half of the bound of a link, as they err to both sides.
   EXPECT_NEAR(absorbed, emitted, 0.01);
 }
 

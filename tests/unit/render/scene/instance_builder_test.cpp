@@ -89,7 +89,7 @@ TEST_F(InstanceBuilderTest, MoreInstancesThanAreFlattenedAreHeldByOneObject) {
   ASSERT_EQ(table_.inner.size(), kMany);
   EXPECT_EQ(table_.inner[7].number, 8);
   EXPECT_EQ(table_.inner[7].render_from_instance.m[3], 6);
-  // What has no end stands in the world by itself, and so does the object that holds all others.
+  // An object without end stands in the world by itself, and so does the object that holds all others.
   ASSERT_EQ(table_.instances.size(), kMany + 1);
   EXPECT_EQ(table_.instances[7].number, 8);
   const InstanceRecord& all = table_.instances.back();

@@ -81,7 +81,7 @@ TEST_F(ShapeBuilderTest, ImplicitSurfacesAreProgramsAndPolynomials) {
   EXPECT_EQ(polynomial.coefficients[0], 1);  // x^2
   EXPECT_EQ(polynomial.coefficients[7], 2);  // z^2
   EXPECT_EQ(polynomial.coefficients.back(), -1);
-  EXPECT_NEAR(polynomial.magnitude, 4 + 4 + 8 + 1, 1e-5);  // within a box of 2
+  EXPECT_NEAR(polynomial.magnitude, 4 + 4 + 8 + 1, 1e-5);  // the bound within a box of 2
   EXPECT_NEAR(polynomial.slope, 4 + 4 + 8, 1e-5);
   ASSERT_EQ(
       add("implicit { expression: 'sin(x) + y' box { low { x: -1 y: -1 z: -1 } high { x: 1 y: 1 z: 1 } } }"),
@@ -217,7 +217,7 @@ TEST_F(ShapeBuilderTest, FlatShapesThatEmitAreTheirTriangles) {
   const struct {
     std::string shape;
     std::int32_t triangles;
-    double area;  // in object space
+    double area;  // area in object space
   } cases[] = {
       {"box { low: [-1,0,0] high: [1,3,4] }", 12, 2 * (2 * 3 + 3 * 4 + 4 * 2)},
       {absl::StrCat("polyhedron { ", kCube, " }"), 12, 24},

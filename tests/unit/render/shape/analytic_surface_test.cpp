@@ -153,7 +153,7 @@ TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
         }
         margin = std::min(margin, b * b - a * c);
       }
-      if (margin < 1e-4) continue;  // on an edge or the outline, within rounding
+      if (margin < 1e-4) continue;  // an edge or the outline, within rounding
       ASSERT_EQ(rays.shape[i] >= 0, expected >= 0);
       misses += expected < 0;
       if (expected < 0) continue;
@@ -164,17 +164,16 @@ TEST(CylinderSurface, HitsNormalsAndTangentsAgreeWithTheParameters) {
       const double u = s.uv.x.lane(i), v = s.uv.y.lane(i);
       const Point p = lane(s.p, i), exact = cylinder_at(q, u, v);
       ASSERT_LT(length(p - exact), 1e-5);
-      constexpr double h = 1e-4;  // of u and v in [0, 1]: differences are good to h^2
+      constexpr double h = 1e-4;  // step of u and v in [0, 1]: differences are good to h^2
       const Point dpdu = (cylinder_at(q, u + h, v) - cylinder_at(q, u - h, v)) * (0.5 / h);
       const Point dpdv = (cylinder_at(q, u, v + h) - cylinder_at(q, u, v - h)) * (0.5 / h);
       ASSERT_LT(length(lane(s.dpdu, i) - dpdu), 1e-4 * length(dpdu));
       ASSERT_LT(length(lane(s.dpdv, i) - dpdv), 1e-4 * length(dpdv));
       const Point outward = cross(dpdu, dpdv) * (1 / length(cross(dpdu, dpdv)));
       ASSERT_LT(length(lane(s.ng, i) - outward), 1e-4);
-      // The true surface lies within the bound along the normal.
+      // The true surface lies within the bound along the normal; the placement stretches by 2 at most.
       const Point back = apply(q.object_from_render, p);
-      const double off =
-          std::abs(std::hypot(back.x, back.y) - q.radius) * 2;  // at most, stretched by the placement
+      const double off = std::abs(std::hypot(back.x, back.y) - q.radius) * 2;
       ASSERT_LT(off, 4 * s.error.lane(i));
       ASSERT_LT(s.error.lane(i), 2e-5);
       ASSERT_EQ(traced.blocked(rays, rays.t[i] * 1.001f) >> i & 1, 1u);

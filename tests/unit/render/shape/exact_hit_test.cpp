@@ -85,8 +85,8 @@ TEST(ExactHit, LiesOnTheTriangle) {
 TEST(ExactHit, KeepsEmbreesWeightsWhereTheRayTellsNothing) {
   const Point corners[3] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
   const ShapeTable table = table_of(corners);
-  for (const Point direction :
-       {Point{1, 0, 0}, Point{0, 0, 0}}) {  // in the plane; of a point that a light is looked up at
+  // A ray in the plane; a point that a light is looked up at, which has no ray.
+  for (const Point direction : {Point{1, 0, 0}, Point{0, 0, 0}}) {
     const Point p = position(surface(table, 0.25, 0.5, wide({-1, 0.5, 0}), wide(direction)));
     EXPECT_EQ(p.x, 0.25);
     EXPECT_EQ(p.y, 0.5);

@@ -107,7 +107,7 @@ TEST_F(InteractionTest, TheBackIsSeenFromBehind) {
   MaterialRecord &front = arrays_.materials.materials[0], &back = arrays_.materials.materials[1];
   front.flags |= kOneSided | kHasBack;
   front.back = 1;
-  back.flags |= kOneSided;  // of its own front, which is turned to the back here
+  back.flags |= kOneSided;  // the front of `back`, which is turned to the back here
   EXPECT_NEAR(f_cos(above_, above2_), 0.5f * cos_over_pi_, kRounding);
   EXPECT_NEAR(f_cos(below_, below2_), 0.25f * cos_over_pi_, kRounding);
 }

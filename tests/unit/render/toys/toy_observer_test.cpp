@@ -13,7 +13,7 @@ namespace {
 /// Events on the ball, and lamps that paths meet after them.
 struct Tally {
   int met = 0, scattered = 0, gone_on = 0, lamps = 0, lit = 0;
-  double light = 0;  // of the first band, of all samples
+  double light = 0;  // sum of the first band over all samples
 };
 
 /// Sum of the first band over `lanes`.

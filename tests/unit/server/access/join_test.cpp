@@ -134,7 +134,7 @@ TEST_F(Joining, ATokenMakesAWorkerAndNothingMore) {
 
   const auto channel = member(mine);
   EXPECT_EQ(call_code(channel, "/tessera.v1.WorkService/Register"),
-            FAILED_PRECONDITION);  // of protocol 0, but heard
+            FAILED_PRECONDITION);  // refused for protocol 0, but heard
   EXPECT_EQ(call_code(channel, "/tessera.v1.FarmService/ListJobs"), PERMISSION_DENIED);
   EXPECT_EQ(call_code(channel, "/tessera.v1.FarmService/MakeJoinToken"), PERMISSION_DENIED);
 }

@@ -82,9 +82,10 @@ TEST_F(OpenStreamsTest, AnUploadThatSendsNothingIsCutOffAndLeavesItsPlaceToOther
   EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
 
   grpc::StatusCode code;
+  // The reactor, too, has to know that it was cut off.
   do {
     code = upload(big_).error_code();
-  } while (code == grpc::StatusCode::UNAVAILABLE);  // until the reactor, too, knows that it was cut off
+  } while (code == grpc::StatusCode::UNAVAILABLE);
   EXPECT_EQ(code, grpc::StatusCode::OK);
 }
 

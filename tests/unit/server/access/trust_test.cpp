@@ -279,7 +279,7 @@ TEST_F(OneDishonestCertificate, KeepsNoLeasesAliveThatItWasNotGranted) {
   std::vector<v1::LeaseToken> invented;
   for (std::uint32_t attempt = 1; attempt <= 200; ++attempt) {
     token.set_attempt(attempt);
-    token.set_epoch(1);  // as of this coordinator
+    token.set_epoch(1);  // this coordinator's
     invented.push_back(token);
   }
   // The job must have begun, or nothing can be taken up.

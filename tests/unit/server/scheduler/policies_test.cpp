@@ -119,7 +119,7 @@ TEST_F(PoliciesTest, OneHostAloneIsTakenOutOfAJobAndAUnitOfManyIsSetAside) {
   FarmJob& job = add_job(1);
   classes.bind(job, "avx2");
   FarmWorker &first = add_worker("1", "a"), &second = add_worker("2", "b"), &third = add_worker("3", "c");
-  job.units.finish({.sequence = 1, .units = {.first = 3}});  // else three failures would end the job
+  job.units.finish({.sequence = 1, .units = {.first = 3}});  // otherwise three failures would end the job
   for (const std::uint32_t unit : {0u, 1u, 2u})
     faults.fail(job, lease(book, job, first, unit), {.message = "out of memory"}, Time{5});
   EXPECT_FALSE(eligibility.may_work_on(first, job, Time{6}));

@@ -36,7 +36,7 @@ TEST(UnitLedger, WhatDoesNotSuitStaysPending) {
 TEST(UnitLedger, UnitsDoneOutOfTurnDoNotComeUp) {
   UnitLedger units(4);
   units.open_until(units.count());
-  units.finish({.fingerprint = 10, .sequence = 1, .units = {.first = 0}});  // by a late result: never taken
+  units.finish({.fingerprint = 10, .sequence = 1, .units = {.first = 0}});  // a late result: never taken
   units.take(2);                                                            // taken up out of turn
   EXPECT_EQ(units.take_pending(kAny), 1u);
   units.put_back(1);

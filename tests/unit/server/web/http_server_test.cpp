@@ -103,7 +103,7 @@ class PageConnections : public testing::Test {
     HttpAnswer answer{.type = "text/plain", .body = "done."};
     if (request.cookie == "ada") answer.member = "client ada";
     const std::lock_guard lock(mutex_);
-    certificate_ = request.certificate;
+    latest_certificate_ = request.certificate;
     if (request.path != "/stream") return answer;
     answer.events = streams_.emplace_back(std::make_shared<EventStream>());
     answer.events->push("hello", "1");
@@ -129,7 +129,7 @@ class PageConnections : public testing::Test {
 
   ManualClock clock_;
   std::mutex mutex_;
-  std::string certificate_;  // of the latest request
+  std::string latest_certificate_;
   std::list<std::shared_ptr<EventStream>> streams_;
   std::unique_ptr<HttpServer> server_;
 };
@@ -166,7 +166,7 @@ TEST_F(PageConnections, BringAWholeRequestInTimeOrEnd) {
       ask("POST / HTTP/1.1\r\nHost: localhost\r\nContent-Length: 100\r\nExpect: 100-continue\r\n\r\n",
           "100 Continue");
   body->send("one byte after the other");
-  const auto second = ask(kOfAda, "done.");  // of a member, who has asked for something before
+  const auto second = ask(kOfAda, "done.");  // a member's, who has asked for something before
   second->send("GET / HT");
   const auto stream = ask(kStreamOfAda, "event: hello");
   const auto answered = ask(kOfAStranger, "done.");
@@ -276,7 +276,7 @@ TEST_F(PageConnections, KnowMembersOfANewAuthorityOnceItIsThere) {
   const auto is_known = [&](const EncryptedConnection& connection) {
     EXPECT_NE(connection.ask(kOfAda), "");
     const std::lock_guard lock(mutex_);
-    return !certificate_.empty();
+    return !latest_certificate_.empty();
   };
   const EncryptedConnection before{server_->port(), alice};
   EXPECT_TRUE(is_known(before));

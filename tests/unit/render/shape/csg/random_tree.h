@@ -45,7 +45,7 @@ class RandomTree {
   struct Node {
     v1::Csg::Operation operation = v1::Csg::UNION;
     std::vector<Node> operands;
-    std::function<bool(Point)> solid;  // of no operands
+    std::function<bool(Point)> solid;  // only where there are no operands
   };
 
   static bool inside(const Node& node, Point p) {
