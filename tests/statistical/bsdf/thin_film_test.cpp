@@ -5,9 +5,9 @@
 #include <cstdio>
 
 #include "render/bsdf/model/gltf/thin_film.h"
+#include "spectra/light/daylight.h"
+#include "spectra/observer/observer.h"
 #include "support/kernel/bsdf_cases.h"
-#include "tables/cie1931.h"
-#include "tables/illuminant_d65.h"
 
 namespace tessera::test {
 namespace {
@@ -32,26 +32,14 @@ double airy(double cosine, double film, double base, double thickness_nm, double
   return (s + p) / 2;
 }
 
-/// A table's value between its entries.
-template <class F>
-double between(double position, std::size_t last, F&& entry) {
-  const std::size_t i = std::min(static_cast<std::size_t>(position), last - 1);
-  return std::lerp(entry(i), entry(i + 1), position - static_cast<double>(i));
-}
-
 /// Rec.709 of a reflectance under D65, relative to white; every half nanometre.
 template <class F>
 Rgb seen(F&& reflectance) {
+  static const spectra::Curve d65 = spectra::illuminant_d65();
   Rgb sum{}, white{};
   for (double nm = 360.25; nm < 830; nm += 0.5) {
-    const auto cie = [&](double tables::CieRow::*part) {
-      return between((nm - tables::kCieFirstNm) / tables::kCieStepNm, tables::kCieCount - 1,
-                     [&](std::size_t i) { return tables::kCieMatching[i].*part; });
-    };
-    const double light =
-        between((nm - tables::kD65FirstNm) / tables::kD65StepNm, tables::kIlluminantD65.size() - 1,
-                [](std::size_t i) { return tables::kIlluminantD65[i]; });
-    const double x = cie(&tables::CieRow::x), y = cie(&tables::CieRow::y), z = cie(&tables::CieRow::z);
+    const double light = d65.at(nm);
+    const auto [x, y, z] = spectra::cie1931().at(nm);
     const Rgb rgb{3.2404542 * x - 1.5371385 * y - 0.4985314 * z,
                   -0.9692660 * x + 1.8760108 * y + 0.0415560 * z,
                   0.0556434 * x - 0.2040259 * y + 1.0572252 * z};

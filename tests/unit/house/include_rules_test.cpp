@@ -23,6 +23,7 @@ const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
       {"proto/wire", {"wire", "base", "layers", "tessera/v1"}},
       {"lib/tables", {"tables"}},
+      {"lib/spectra", {"spectra"}},
       {"lib/base", {"base"}},
       {"lib/images", {"images"}},
       {"lib/layers", {"layers"}},
@@ -42,7 +43,8 @@ const std::map<std::string, Rooms>& rules() {
        {"agent", "render", "render/scene", "base", "net", "options", "telemetry", "wire", "tessera/v1"}},
       {"client/farm", {"farm", "import", "base", "net", "wire", "tessera/v1"}},
       {"client/image", {"image", "base", "wire"}},
-      {"client/import", {"import", "base", "expression", "images", "tables", "wire", "tessera/v1"}},
+      {"client/import",
+       {"import", "base", "expression", "images", "spectra", "tables", "wire", "tessera/v1"}},
       {"client/display", {"display", "base", "image", "wire"}},
       {"client/mesh", {"mesh"}},
       {"client/plot", {"plot", "image"}},
@@ -64,7 +66,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/accel",
        {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
       {"worker/render/query", {"render/query", "render/accel", "render/shape", "render/core"}},
-      {"worker/render/bsdf", {"render/bsdf", "render/color", "render/core", "render/sampling"}},
+      {"worker/render/bsdf", {"render/bsdf", "render/color", "render/core", "render/sampling", "spectra"}},
       {"worker/render/medium", {"render/medium", "render/color", "render/core", "render/sampling"}},
       {"worker/render/film", {"render/film", "render/core", "base", "wire"}},
       {"worker/render/light",
@@ -83,11 +85,12 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/kernel",
        {"render", "render/kernel", "render/transport", "render/textbook", "render/integrator", "render/accel",
         "render/core", "render/light", "render/query", "wire"}},
-      {"worker/render/scene", {"render",          "render/scene",  "render/kernel", "render/integrator",
-                               "render/textbook", "render/accel",  "render/bsdf",   "render/color",
-                               "render/core",     "render/film",   "render/light",  "render/medium",
-                               "render/query",    "render/sensor", "render/shape",  "base",
-                               "expression",      "layers",        "wire",          "tessera/v1"}},
+      {"worker/render/scene",
+       {"render",       "render/scene",  "render/kernel", "render/integrator", "render/textbook",
+        "render/accel", "render/bsdf",   "render/color",  "render/core",       "render/film",
+        "render/light", "render/medium", "render/query",  "render/sensor",     "render/shape",
+        "base",         "expression",    "layers",        "spectra",           "wire",
+        "tessera/v1"}},
   };
   return rules;
 }

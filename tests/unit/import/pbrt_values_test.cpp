@@ -2,8 +2,9 @@
 #include <map>
 #include <numbers>
 
-#include "import/spectra/named_spectra.h"
-#include "import/spectra/photometry.h"
+#include "spectra/curve.h"
+#include "spectra/light/planck.h"
+#include "spectra/rgb/pbrt_luminance.h"
 #include "unit/import/import_fixture.h"
 
 namespace tessera::client {
@@ -243,9 +244,9 @@ TEST_F(PbrtValues, LightSpectraKeepPbrtsBrightness) {
     const v1::Spectrum& s = l.point().intensity();
     const double y =
         s.has_blackbody()
-            ? luminance([&](double nm) { return normalized_blackbody(nm, s.blackbody().kelvin()); })
-            : luminance(
-                  SpectrumTable{{s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
+            ? spectra::pbrt_luminance([&](double nm) { return spectra::relative_planck(nm, s.blackbody().kelvin()); })
+            : spectra::pbrt_luminance(
+                  spectra::Curve{{s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
                                 {s.sampled().values().begin(), s.sampled().values().end()}});
     EXPECT_NEAR(y * (l.has_scale() ? l.scale() : 1), 1, 1e-6) << value;  // a float's rounding of scale
   }

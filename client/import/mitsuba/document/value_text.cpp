@@ -29,14 +29,13 @@ std::vector<std::string_view> split_at(std::string_view text, std::string_view s
   return words;
 }
 
-std::string add_sample(double wavelength_nm, double value, SpectrumTable& table) {
+std::string add_sample(double wavelength_nm, double value, spectra::Curve& curve) {
   const float nm = static_cast<float>(wavelength_nm);
-  if (!table.wavelengths_nm.empty() && !(nm > table.wavelengths_nm.back())) {
-    return concat("wavelengths must ascend, but ", wavelength_nm, " nm follows ", table.wavelengths_nm.back(),
-                  " nm");
+  if (!curve.nm.empty() && !(nm > curve.nm.back())) {
+    return concat("wavelengths must ascend, but ", wavelength_nm, " nm follows ", curve.nm.back(), " nm");
   }
-  table.wavelengths_nm.push_back(nm);
-  table.values.push_back(static_cast<float>(value));
+  curve.nm.push_back(nm);
+  curve.values.push_back(static_cast<float>(value));
   return "";
 }
 

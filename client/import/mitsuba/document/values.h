@@ -12,7 +12,7 @@
 
 #include "import/geometry/transform.h"
 #include "import/input/diagnostics.h"
-#include "import/spectra/named_spectra.h"
+#include "spectra/curve.h"
 
 namespace tessera::client::mitsuba {
 
@@ -25,7 +25,7 @@ struct Rgb {
 /// <spectrum>: one value for all wavelengths, or samples (at least two).
 struct SpectrumData {
   double uniform = 0;
-  SpectrumTable samples;  // empty: uniform
+  spectra::Curve samples;  // empty: uniform
 
   bool is_uniform() const { return samples.values.empty(); }
 };

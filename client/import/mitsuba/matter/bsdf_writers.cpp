@@ -4,9 +4,9 @@
 
 #include "import/input/concat.h"
 #include "import/mitsuba/matter/ior.h"
-#include "import/spectra/linear_rgb.h"
-#include "import/spectra/metal_colors.h"
-#include "import/spectra/named_spectra.h"
+#include "spectra/matter/metal_colors.h"
+#include "spectra/named_spectra.h"
+#include "spectra/rgb/mitsuba_rgb.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -77,11 +77,12 @@ void write_thin_dielectric(PropertyReader& reader, SceneTextures& textures, v1::
 }
 
 /// The colour of a measured metal, without a light to see it in.
-std::optional<MetalColor> metal_color(const std::string& metal) {
-  const auto eta = find_named_spectrum(concat("metal-", metal, "-eta"));
-  const auto k = find_named_spectrum(concat("metal-", metal, "-k"));
-  if (!eta || !k) return find_metal_color(metal);
-  MetalColor color{linear_rgb(*eta, SeenUnder::kEqualEnergy), linear_rgb(*k, SeenUnder::kEqualEnergy)};
+std::optional<spectra::MetalColor> metal_color(const std::string& metal) {
+  const auto eta = spectra::find_named_spectrum(concat("metal-", metal, "-eta"));
+  const auto k = spectra::find_named_spectrum(concat("metal-", metal, "-k"));
+  if (!eta || !k) return spectra::find_metal_color(metal);
+  spectra::MetalColor color{spectra::mitsuba_rgb(*eta, spectra::SeenUnder::kEqualEnergy),
+                            spectra::mitsuba_rgb(*k, spectra::SeenUnder::kEqualEnergy)};
   for (std::array<double, 3>* rgb : {&color.eta, &color.k}) {
     for (double& component : *rgb) component = std::max(component, 0.0);
   }
@@ -98,12 +99,12 @@ void write_conductor(PropertyReader& reader, SceneTextures& textures, v1::Materi
     if (reader.has("eta") || reader.has("k")) {
       reader.error(concat(reader.object().title(), ": expected either \"material\", or \"eta\" and \"k\""));
     }
-    if (const std::optional<MetalColor> color = metal_color(metal)) {
+    if (const std::optional<spectra::MetalColor> color = metal_color(metal)) {
       *conductor.mutable_eta()->mutable_constant() = rgb_spectrum(color->eta);
       *conductor.mutable_k()->mutable_constant() = rgb_spectrum(color->k);
     } else {
       std::string names = "Ag, Al, Au, Cu, CuZn, MgO, TiO2";
-      for (const std::string& name : metal_color_names()) names += concat(", ", name);
+      for (const std::string& name : spectra::metal_color_names()) names += concat(", ", name);
       reader.error(*reader.find("material"),
                    concat("there are no measurements of \"", metal, "\" here: expected ", names,
                           " or none, or \"eta\" and \"k\""));

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "import/input/concat.h"
-#include "import/spectra/linear_rgb.h"
+#include "spectra/rgb/mitsuba_rgb.h"
 
 namespace tessera::client::mitsuba {
 namespace {
@@ -31,12 +31,13 @@ Color clamped(PropertyReader& reader, const Property& property, Color color, Col
 
 Color color_of(const SpectrumData& spectrum, ColorUse use) {
   if (!spectrum.is_uniform()) {
-    return linear_rgb(spectrum.samples,
-                      use == ColorUse::kEmission ? SeenUnder::kEqualEnergy : SeenUnder::kD65);
+    return spectra::mitsuba_rgb(spectrum.samples, use == ColorUse::kEmission
+                                                      ? spectra::SeenUnder::kEqualEnergy
+                                                      : spectra::SeenUnder::kD65);
   }
   const double value = spectrum.uniform;
   if (use != ColorUse::kEmission) return {value, value, value};
-  return rec709_from_xyz({value, value, value});
+  return spectra::mitsuba_rgb_from_xyz({value, value, value});
 }
 
 /// The plugins that are one colour everywhere.

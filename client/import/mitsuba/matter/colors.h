@@ -20,9 +20,9 @@ v1::Spectrum constant_spectrum(double value);
 /// Linear Rec.709 of a number, <rgb>, <spectrum> or constant texture ("uniform", "srgb", "d65",
 /// "rawconstant"); nothing for textures that vary, and for other types.
 ///
-/// Numbers and <rgb> stand for themselves. Sampled spectra are integrated (spectra/linear_rgb.h): emitted
-/// ones as they are, others under D65. A uniform emitted <spectrum> is an equal-energy one, whose colour is
-/// not grey.
+/// Numbers and <rgb> stand for themselves. Sampled spectra are integrated (spectra/rgb/mitsuba_rgb.h):
+/// emitted ones as they are, others under D65. A uniform emitted <spectrum> is an equal-energy one, whose
+/// colour is not grey.
 std::optional<std::array<double, 3>> read_constant_color(PropertyReader& reader, const Property& property,
                                                          ColorUse use);
 

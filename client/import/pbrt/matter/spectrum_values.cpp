@@ -7,9 +7,11 @@
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
 #include "import/pbrt/file/tokenizer.h"
-#include "import/spectra/linear_rgb.h"
-#include "import/spectra/named_spectra.h"
-#include "import/spectra/photometry.h"
+#include "spectra/curve.h"
+#include "spectra/light/planck.h"
+#include "spectra/named_spectra.h"
+#include "spectra/rgb/mitsuba_rgb.h"
+#include "spectra/rgb/pbrt_luminance.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -18,29 +20,29 @@ namespace {
 constexpr float kFirstNm = 360;
 constexpr float kLastNm = 830;
 
-v1::Spectrum sampled_spectrum(const SpectrumTable& table) {
+v1::Spectrum sampled_spectrum(const spectra::Curve& table) {
   v1::Spectrum spectrum;
   v1::SampledSpectrum* sampled = spectrum.mutable_sampled();
-  sampled->mutable_wavelengths_nm()->Add(table.wavelengths_nm.begin(), table.wavelengths_nm.end());
+  sampled->mutable_wavelengths_nm()->Add(table.nm.begin(), table.nm.end());
   sampled->mutable_values()->Add(table.values.begin(), table.values.end());
   return spectrum;
 }
 
-SpectrumTable table_of(const v1::SampledSpectrum& sampled) {
+spectra::Curve table_of(const v1::SampledSpectrum& sampled) {
   return {{sampled.wavelengths_nm().begin(), sampled.wavelengths_nm().end()},
           {sampled.values().begin(), sampled.values().end()}};
 }
 
 /// The spectrum at so many wavelengths that lines between them miss nothing that is seen.
-SpectrumTable tabulated(const v1::Spectrum& spectrum) {
+spectra::Curve tabulated(const v1::Spectrum& spectrum) {
   if (spectrum.has_sampled()) return table_of(spectrum.sampled());
   constexpr float kStep = 5;
-  SpectrumTable table;
+  spectra::Curve table;
   for (float nm = kFirstNm; nm <= kLastNm; nm += kStep) {
-    table.wavelengths_nm.push_back(nm);
-    table.values.push_back(spectrum.has_blackbody()
-                               ? static_cast<float>(normalized_blackbody(nm, spectrum.blackbody().kelvin()))
-                               : spectrum.constant());
+    table.nm.push_back(nm);
+    table.values.push_back(spectrum.has_blackbody() ? static_cast<float>(spectra::relative_planck(
+                                                          nm, spectrum.blackbody().kelvin()))
+                                                    : spectrum.constant());
   }
   return table;
 }
@@ -53,44 +55,43 @@ std::array<double, 3> rgb_or_grey(const v1::Spectrum& spectrum) {
 bool is_table(const v1::Spectrum& spectrum) { return spectrum.has_sampled() || spectrum.has_blackbody(); }
 
 /// Pairs of wavelength and value; the message of what is wrong, or nothing.
-std::string fill_table(const std::vector<double>& numbers, SpectrumTable& table) {
+std::string fill_table(const std::vector<double>& numbers, spectra::Curve& table) {
   if (numbers.empty() || numbers.size() % 2 != 0) {
     return concat("expected pairs of wavelength and value, found ", numbers.size(), " numbers");
   }
   for (std::size_t i = 0; i < numbers.size(); i += 2) {
     const float nm = static_cast<float>(numbers[i]);
-    if (!table.wavelengths_nm.empty() && !(nm > table.wavelengths_nm.back())) {
-      return concat("wavelengths must ascend, but ", numbers[i], " nm follows ", table.wavelengths_nm.back(),
-                    " nm");
+    if (!table.nm.empty() && !(nm > table.nm.back())) {
+      return concat("wavelengths must ascend, but ", numbers[i], " nm follows ", table.nm.back(), " nm");
     }
-    table.wavelengths_nm.push_back(nm);
+    table.nm.push_back(nm);
     table.values.push_back(static_cast<float>(numbers[i + 1]));
   }
   return "";
 }
 
-void add_zero_ends(SpectrumTable& table) {
+void add_zero_ends(spectra::Curve& table) {
   // A step as steep as floats allow at these wavelengths, with room to spare.
   constexpr float kStepNm = 0.01f;
-  if (table.wavelengths_nm.front() > kFirstNm) {
-    table.wavelengths_nm.insert(table.wavelengths_nm.begin(), table.wavelengths_nm.front() - kStepNm);
+  if (table.nm.front() > kFirstNm) {
+    table.nm.insert(table.nm.begin(), table.nm.front() - kStepNm);
     table.values.insert(table.values.begin(), 0);
   }
-  if (table.wavelengths_nm.back() < kLastNm) {
-    table.wavelengths_nm.push_back(table.wavelengths_nm.back() + kStepNm);
+  if (table.nm.back() < kLastNm) {
+    table.nm.push_back(table.nm.back() + kStepNm);
     table.values.push_back(0);
   }
 }
 
 /// A file of pairs of wavelength and value, with comments.
-absl::StatusOr<SpectrumTable> read_spectrum_file(const std::filesystem::path& path) {
+absl::StatusOr<spectra::Curve> read_spectrum_file(const std::filesystem::path& path) {
   absl::StatusOr<InputFile> file = InputFile::open(path);
   if (!file.ok()) return file.status();
   Tokenizer tokenizer(file->bytes(), 0);
   std::vector<double> numbers;
   tokenizer.read_numbers([&](double value) { numbers.push_back(value); });
   const Token rest = tokenizer.next();
-  SpectrumTable table;
+  spectra::Curve table;
   const std::string problem =
       rest.kind == TokenKind::kEnd
           ? fill_table(numbers, table)
@@ -133,7 +134,7 @@ std::optional<v1::Spectrum> read_rgb(Context& context, const Parameter& paramete
 
 std::optional<v1::Spectrum> read_sampled(Context& context, const Parameter& parameter, std::string_view owner,
                                          SpectrumUse use) {
-  SpectrumTable table;
+  spectra::Curve table;
   bool measured_over_all = false;
   if (parameter.strings.empty()) {
     if (std::string problem = fill_table(parameter.numbers, table); !problem.empty()) {
@@ -141,12 +142,12 @@ std::optional<v1::Spectrum> read_sampled(Context& context, const Parameter& para
     }
   } else if (parameter.strings.size() != 1) {
     return fail(context, parameter, owner, "expected one name of a spectrum");
-  } else if (std::optional<SpectrumTable> named = find_named_spectrum(parameter.strings.front())) {
+  } else if (std::optional<spectra::Curve> named = spectra::find_named_spectrum(parameter.strings.front())) {
     table = *std::move(named);
     measured_over_all = true;
   } else {
     const std::string& name = parameter.strings.front();
-    absl::StatusOr<SpectrumTable> from_file = read_spectrum_file(context.resolve(name));
+    absl::StatusOr<spectra::Curve> from_file = read_spectrum_file(context.resolve(name));
     if (!from_file.ok()) {
       const bool missing = absl::IsNotFound(from_file.status());
       return fail(context, parameter, owner,
@@ -177,7 +178,7 @@ v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb) {
 
 v1::Spectrum scaled(const v1::Spectrum& spectrum, double factor) {
   if (is_table(spectrum)) {
-    SpectrumTable table = tabulated(spectrum);
+    spectra::Curve table = tabulated(spectrum);
     for (float& value : table.values) value = static_cast<float>(value * factor);
     return sampled_spectrum(table);
   }
@@ -193,29 +194,29 @@ v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b) {
   }
   if (!is_table(a) && !is_table(b)) return constant_spectrum(double{a.constant()} + b.constant());
   // Linear between the samples of both.
-  const SpectrumTable first = tabulated(a), second = tabulated(b);
-  SpectrumTable result;
-  std::set_union(first.wavelengths_nm.begin(), first.wavelengths_nm.end(), second.wavelengths_nm.begin(),
-                 second.wavelengths_nm.end(), std::back_inserter(result.wavelengths_nm));
-  for (const float nm : result.wavelengths_nm) {
-    result.values.push_back(static_cast<float>(evaluate(first, nm) + evaluate(second, nm)));
+  const spectra::Curve first = tabulated(a), second = tabulated(b);
+  spectra::Curve result;
+  std::set_union(first.nm.begin(), first.nm.end(), second.nm.begin(), second.nm.end(),
+                 std::back_inserter(result.nm));
+  for (const float nm : result.nm) {
+    result.values.push_back(static_cast<float>(first.at(nm) + second.at(nm)));
   }
   return sampled_spectrum(result);
 }
 
 std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum) {
   if (!is_table(spectrum)) return rgb_or_grey(spectrum);
-  // Constant beyond its ends, which linear_rgb() is not.
-  SpectrumTable table = tabulated(spectrum);
-  if (table.wavelengths_nm.front() > kFirstNm) {
-    table.wavelengths_nm.insert(table.wavelengths_nm.begin(), kFirstNm);
+  // Constant beyond its ends, which mitsuba_rgb() is not.
+  spectra::Curve table = tabulated(spectrum);
+  if (table.nm.front() > kFirstNm) {
+    table.nm.insert(table.nm.begin(), kFirstNm);
     table.values.insert(table.values.begin(), table.values.front());
   }
-  if (table.wavelengths_nm.back() < kLastNm) {
-    table.wavelengths_nm.push_back(kLastNm);
+  if (table.nm.back() < kLastNm) {
+    table.nm.push_back(kLastNm);
     table.values.push_back(table.values.back());
   }
-  std::array<double, 3> rgb = linear_rgb(table, SeenUnder::kD65);
+  std::array<double, 3> rgb = spectra::mitsuba_rgb(table, spectra::SeenUnder::kD65);
   for (double& component : rgb) component = std::max(component, 0.0);
   return rgb;
 }
@@ -253,10 +254,11 @@ LightSpectrum read_light_spectrum(Context& context, ParameterList& parameters, s
   result.spectrum = *std::move(spectrum);
   double luminance_of_spectrum = 1;
   if (result.spectrum.has_sampled()) {
-    luminance_of_spectrum = luminance(table_of(result.spectrum.sampled()));
+    luminance_of_spectrum = spectra::pbrt_luminance(table_of(result.spectrum.sampled()));
   } else if (result.spectrum.has_blackbody()) {
     const double kelvin = result.spectrum.blackbody().kelvin();
-    luminance_of_spectrum = luminance([&](double nm) { return normalized_blackbody(nm, kelvin); });
+    luminance_of_spectrum =
+        spectra::pbrt_luminance([&](double nm) { return spectra::relative_planck(nm, kelvin); });
   }
   result.scale = luminance_of_spectrum > 0 ? 1 / luminance_of_spectrum : 0;
   return result;

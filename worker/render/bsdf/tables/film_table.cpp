@@ -6,17 +6,17 @@
 
 #include "render/bsdf/boundary_scatter.h"
 #include "render/bsdf/tables/sqr.h"
-#include "render/color/cie.h"
+#include "spectra/rgb/scene_rgb.h"
 
 namespace tessera::render {
 
 namespace {
 
 void put_interference(float* table) {
-  const std::vector<ReflectanceShare> shares = reflectance_shares();
+  const std::vector<spectra::ReflectanceShare> shares = spectra::reflectance_shares();
   for (std::size_t i = 0; i + 1 < kFilmEntries; ++i) {
     double sums[3] = {0, 0, 0};
-    for (const ReflectanceShare& share : shares) {
+    for (const spectra::ReflectanceShare& share : shares) {
       const double wave =
           std::cos(2 * std::numbers::pi * static_cast<double>(i) * double{kFilmStepNm} / share.nm);
       for (std::size_t c = 0; c < 3; ++c) sums[c] += share.rgb[c] * wave;

@@ -13,14 +13,14 @@ namespace tessera::render {
 
 namespace {
 
-void put(Imath::V3d p, float (&to)[3]) {
+void put_vector(Imath::V3d p, float (&to)[3]) {
   to[0] = static_cast<float>(p.x), to[1] = static_cast<float>(p.y), to[2] = static_cast<float>(p.z);
 }
 
 absl::Status put_unit(Imath::V3d direction, float (&to)[3]) {
   const double l = direction.length();
   if (!(l > 0) || !std::isfinite(l)) return absl::InvalidArgumentError("it has no direction");
-  put(direction / l, to);
+  put_vector(direction / l, to);
   return absl::OkStatus();
 }
 
@@ -62,7 +62,7 @@ absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) 
   Transform light_from_world;
   if (!world_from_light->invert(light_from_world))
     return absl::InvalidArgumentError("its transform is singular");
-  put(world_from_light->apply({0, 0, 0}) - inputs_.space.origin, record.position);
+  put_vector(world_from_light->apply({0, 0, 0}) - inputs_.space.origin, record.position);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
       record.vertices[3 * row + column] = static_cast<float>(light_from_world.m[4 * row + column]);
@@ -105,7 +105,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
   switch (light.kind_case()) {
     case v1::Light::kPoint:
       record.kind = LightKind::kPoint;
-      put(point_of(light.point().position()) - inputs_.space.origin, record.position);
+      put_vector(point_of(light.point().position()) - inputs_.space.origin, record.position);
       if (auto s = set_radius(light.point().radius(), LightKind::kSoftPoint, record); !s.ok()) return s;
       return set_colour(light.point().intensity(), scale, record);
     case v1::Light::kSpot:
@@ -133,7 +133,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
 absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& record) {
   record.kind = LightKind::kSpot;
   if (auto s = set_radius(spot.radius(), LightKind::kSoftSpot, record); !s.ok()) return s;
-  put(point_of(spot.position()) - inputs_.space.origin, record.position);
+  put_vector(point_of(spot.position()) - inputs_.space.origin, record.position);
   const Imath::V3d axis = point_of(spot.target()) - point_of(spot.position());
   if (auto s = put_unit(axis, record.direction); !s.ok()) return s;
   const double cone = std::clamp(double{spot.cone_angle_degrees()}, 0.0, 180.0);

@@ -7,7 +7,7 @@
 
 namespace tessera::render {
 
-inline void put(const Rgb& rgb, float scale, float (&to)[3]) {
+inline void put(const spectra::Rgb& rgb, float scale, float (&to)[3]) {
   to[0] = rgb.r * scale, to[1] = rgb.g * scale, to[2] = rgb.b * scale;
 }
 

@@ -35,7 +35,7 @@ absl::Status set_usual_slots(const v1::GltfMaterial& gltf, ExtendedRecord& exten
   }
   const struct {
     const v1::SpectrumValue& value;
-    Rgb otherwise;
+    spectra::Rgb otherwise;
     SpectrumSlot& target;
   } spectra[] = {
       {gltf.base_color(), {1, 1, 1}, record.spectra[slot::kReflectance]},

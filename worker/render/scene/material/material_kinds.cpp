@@ -6,6 +6,7 @@
 #include "render/bsdf/slots.h"
 #include "render/core/constants.h"
 #include "render/scene/values/spectra.h"
+#include "spectra/rgb/scene_rgb.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -14,7 +15,7 @@ namespace {
 
 constexpr float kSmoothAlpha = 1e-3f;  // the same as in bsdf/microfacet.h
 
-SampledCurve curve(const v1::Spectrum& spectrum) {
+spectra::Curve curve(const v1::Spectrum& spectrum) {
   if (spectrum.has_sampled()) return curve_of(spectrum.sampled());
   return {{550}, {emission(spectrum).g}};
 }
@@ -53,7 +54,7 @@ absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, Materia
     for (const v1::Spectrum* s : {&eta, &k}) {
       if (auto status = check_spectrum(*s, "index of refraction"); !status.ok()) return status;
     }
-    const ConductorRgb rgb = conductor_rgb(curve(eta), curve(k));
+    const spectra::ConductorRgb rgb = spectra::conductor_rgb(curve(eta), curve(k));
     put(rgb.eta, record.spectra[slot::kConductorEta]);
     put(rgb.k, record.spectra[slot::kConductorK]);
     return absl::OkStatus();
@@ -133,7 +134,7 @@ absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, MaterialSlots& slot
   if (!(thickness >= 0) || !std::isfinite(thickness))
     return absl::InvalidArgumentError("the thickness of its coat is below 0");
   record.coat_table = slots.energies().coat(record.scalars[slot::kEta].value, thickness);
-  const Rgb albedo = reflectance(coat.albedo().constant());
+  const spectra::Rgb albedo = reflectance(coat.albedo().constant());
   if (coat.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
     slots.warn("the medium inside its coat is left out");
   }
@@ -191,7 +192,7 @@ absl::Status set_coated_conductor(const v1::CoatedConductorMaterial& coated, Mat
   if (!(thickness >= 0) || !std::isfinite(thickness))
     return absl::InvalidArgumentError("the thickness of its coat is below 0");
   extended.scalars[slot::kThickness].value = thickness;
-  const Rgb albedo = reflectance(coated.albedo().constant());
+  const spectra::Rgb albedo = reflectance(coated.albedo().constant());
   if (coated.albedo().has_texture() || albedo.r > 0 || albedo.g > 0 || albedo.b > 0) {
     slots.warn("the medium inside its coat only absorbs");
   }
@@ -204,7 +205,7 @@ absl::Status set_coated_conductor(const v1::CoatedConductorMaterial& coated, Mat
 absl::Status set_hair(const v1::HairMaterial& hair, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   // Brown hair, for want of anything else: 1.3 times the absorption of eumelanin [d'Eon et al. 2011].
-  constexpr Rgb kBrown{0.5447f, 0.9061f, 1.781f};
+  constexpr spectra::Rgb kBrown{0.5447f, 0.9061f, 1.781f};
   record.kind = BsdfKind::kHair;
   record.flags |= kUsesAlphas | kUsesEta | kAnisotropic | kPrepared;
   if (!hair.has_sigma_a() && hair.has_reflectance()) {

@@ -6,25 +6,28 @@
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/slots.h"
 #include "render/scene/values/spectra.h"
+#include "spectra/rgb/scene_rgb.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
 
-void put(const Rgb& rgb, SpectrumSlot& slot) {
+void put(const spectra::Rgb& rgb, SpectrumSlot& slot) {
   slot.value[0] = rgb.r, slot.value[1] = rgb.g, slot.value[2] = rgb.b;
 }
 
-absl::StatusOr<std::optional<Rgb>> MaterialSlots::look_up(const std::string& texture, std::int32_t& slot) {
+absl::StatusOr<std::optional<spectra::Rgb>> MaterialSlots::look_up(const std::string& texture,
+                                                                   std::int32_t& slot) {
   const auto node = exact_ ? inputs_.textures.exact_node(texture) : inputs_.textures.node(texture);
   if (!node.ok()) return node.status();
   const TextureNode& found = inputs_.textures.table().nodes[static_cast<std::size_t>(*node)];
-  if (found.kind == TextureKind::kConstant) return Rgb{found.value[0], found.value[1], found.value[2]};
+  if (found.kind == TextureKind::kConstant)
+    return spectra::Rgb{found.value[0], found.value[1], found.value[2]};
   slot = *node;
   record.flags |= kHasTextures;
   return std::nullopt;
 }
 
-absl::Status MaterialSlots::set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise,
+absl::Status MaterialSlots::set_spectrum(const v1::SpectrumValue& value, const spectra::Rgb& otherwise,
                                          SpectrumSlot& slot) {
   if (value.has_texture()) {
     const auto texture = look_up(value.texture(), slot.texture);
@@ -85,7 +88,7 @@ absl::Status MaterialSlots::set_eta(const v1::Spectrum& spectrum, float otherwis
   float eta = otherwise;
   if (auto s = check_spectrum(spectrum, "index of refraction"); !s.ok()) return s;
   if (spectrum.has_sampled()) {
-    eta = dielectric_eta(curve_of(spectrum.sampled()));
+    eta = spectra::dielectric_eta(curve_of(spectrum.sampled()));
   } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
     eta = emission(spectrum).g;
   }

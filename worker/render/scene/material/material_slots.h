@@ -8,9 +8,9 @@
 
 #include "absl/status/status.h"
 #include "render/bsdf/material_table.h"
-#include "render/color/cie.h"
 #include "render/scene/material/energy_tables.h"
 #include "render/scene/texture/texture_nodes.h"
+#include "spectra/color/rgb.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::render {
@@ -30,7 +30,8 @@ class MaterialSlots {
 
   MaterialRecord& record;
 
-  absl::Status set_spectrum(const v1::SpectrumValue& value, const Rgb& otherwise, SpectrumSlot& slot);
+  absl::Status set_spectrum(const v1::SpectrumValue& value, const spectra::Rgb& otherwise,
+                            SpectrumSlot& slot);
   absl::Status set_scalar(const v1::FloatValue& value, float otherwise, ScalarSlot& slot);
   /// Sets the share of light that is scattered at all: textures at full resolution.
   absl::Status set_opacity(const v1::FloatValue& value);
@@ -52,14 +53,14 @@ class MaterialSlots {
 
  private:
   /// Puts a texture's node into a slot; of one that is constant, returns the value instead.
-  absl::StatusOr<std::optional<Rgb>> look_up(const std::string& texture, std::int32_t& slot);
+  absl::StatusOr<std::optional<spectra::Rgb>> look_up(const std::string& texture, std::int32_t& slot);
 
   const MaterialInputs& inputs_;
   const std::string& name_;
   bool exact_ = false;  // textures are looked up at full resolution
 };
 
-void put(const Rgb& rgb, SpectrumSlot& slot);
+void put(const spectra::Rgb& rgb, SpectrumSlot& slot);
 
 /// Whether it is 0 everywhere.
 inline bool is_zero(const ScalarSlot& slot) { return slot.texture < 0 && slot.value == 0; }

@@ -33,7 +33,7 @@ double largest_optical_depth(const MediumRecord& medium) {
   return edges * *std::max_element(medium.majorants.begin(), medium.majorants.end());
 }
 
-bool black(const Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
+bool black(const spectra::Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
 
 }  // namespace
 
@@ -119,7 +119,7 @@ absl::Status MediumBuilder::build_medium(const v1::Medium& medium, MediumRecord&
 
 absl::Status MediumBuilder::set_value(const v1::VolumeValue& value, float otherwise, float scale,
                                       MediumValue& result) {
-  Rgb factor{1, 1, 1};
+  spectra::Rgb factor{1, 1, 1};
   if (value.has_grid()) {
     const auto grid = add_grid(value.grid());
     if (!grid.ok()) return grid.status();

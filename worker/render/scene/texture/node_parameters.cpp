@@ -20,7 +20,7 @@ absl::Status set_texture_space(const v1::Matrix& texture_from_world, const Rende
 
 }  // namespace
 
-TextureNode constant_node(const Rgb& value) {
+TextureNode constant_node(const spectra::Rgb& value) {
   TextureNode node;
   node.value[0] = value.r, node.value[1] = value.g, node.value[2] = value.b;
   return node;

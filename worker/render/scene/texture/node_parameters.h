@@ -2,14 +2,14 @@
 #pragma once
 
 #include "absl/status/status.h"
-#include "render/color/cie.h"
 #include "render/color/texture_table.h"
 #include "render/scene/placement/render_space.h"
+#include "spectra/color/rgb.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::render {
 
-TextureNode constant_node(const Rgb& value);
+TextureNode constant_node(const spectra::Rgb& value);
 
 absl::Status set_mapping(const v1::UvMapping& mapping, const RenderSpace& space, TextureNode& node);
 absl::Status set_noise(const v1::NoiseTexture& noise, const RenderSpace& space, TextureNode& node);

@@ -174,7 +174,7 @@ absl::StatusOr<int> TextureBuilder::add_checked(TextureNode node) {
   return add(std::move(node));
 }
 
-absl::StatusOr<int> TextureBuilder::input(const v1::SpectrumValue& value, const Rgb& otherwise) {
+absl::StatusOr<int> TextureBuilder::input(const v1::SpectrumValue& value, const spectra::Rgb& otherwise) {
   if (value.has_texture()) return named_node(value.texture());
   if (auto s = check_spectrum(value.constant(), "input"); !s.ok()) return s;
   return add(constant_node(value.has_constant() ? reflectance(value.constant()) : otherwise));
@@ -230,7 +230,7 @@ absl::StatusOr<TextureNode> TextureBuilder::make_node(const v1::Texture& texture
 
 absl::StatusOr<TextureNode> TextureBuilder::combine(const v1::Texture& texture) {
   TextureNode node;
-  std::vector<std::pair<const v1::SpectrumValue*, Rgb>> inputs;
+  std::vector<std::pair<const v1::SpectrumValue*, spectra::Rgb>> inputs;
   v1::SpectrumValue mix_amount;  // a scalar as a spectrum
   switch (texture.kind_case()) {
     case v1::Texture::kCheckerboard:

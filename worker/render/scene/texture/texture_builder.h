@@ -8,12 +8,12 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "render/color/cie.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/texture/texture_images.h"
 #include "render/scene/texture/texture_nodes.h"
 #include "render/scene/values/fault_list.h"
 #include "render/scene/values/name_table.h"
+#include "spectra/color/rgb.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::render {
@@ -52,7 +52,7 @@ class TextureBuilder final : public TextureNodes {
   absl::StatusOr<TextureNode> make_attribute(const v1::MeshAttributeTexture& attribute);
   /// Makes a node of other nodes; `amount`: of a mix, as a spectrum.
   absl::StatusOr<TextureNode> combine(const v1::Texture& texture);
-  absl::StatusOr<int> input(const v1::SpectrumValue& value, const Rgb& otherwise);
+  absl::StatusOr<int> input(const v1::SpectrumValue& value, const spectra::Rgb& otherwise);
   absl::StatusOr<int> variant(const std::string& name, bool filtered);
   /// `node` with all its images filtered (kEwa), or none: itself where that is so already.
   int refiltered(int node, bool filtered);

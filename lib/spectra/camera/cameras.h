@@ -1,0 +1,15 @@
+// Cameras by the sensitivities of their sensors.
+#pragma once
+
+#include <optional>
+#include <string_view>
+
+#include "spectra/observer/observer.h"
+
+namespace tessera::spectra {
+
+/// R, G and B of "Nikon D5100", each with a greatest value of 1, as the National Physical Laboratory measured
+/// them [Darrodi et al. 2015].
+std::optional<Observer> find_camera(std::string_view name);
+
+}  // namespace tessera::spectra
