@@ -108,7 +108,7 @@ Rgb reflectance_rgb(const Curve& spectrum) {
 std::vector<ReflectanceShare> reflectance_shares() {
   constexpr int kSteps = 5;
   std::vector<ReflectanceShare> shares;
-  std::array<double, 3> sums{};
+  Triple sums{};
   for (int i = 0; i <= (kCieCount - 1) * kSteps; ++i) {
     const int row = std::min(i / kSteps, kCieCount - 2);
     const double t = static_cast<double>(i) / kSteps - row;

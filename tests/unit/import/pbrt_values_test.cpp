@@ -242,12 +242,13 @@ TEST_F(PbrtValues, LightSpectraKeepPbrtsBrightness) {
        {"\"blackbody I\" 2856", "\"spectrum I\" [ 400 7 700 9 ]", "\"spectrum I\" \"stdillum-A\""}) {
     const v1::Light l = light(std::string("LightSource \"point\" ") + value);
     const v1::Spectrum& s = l.point().intensity();
-    const double y =
-        s.has_blackbody()
-            ? spectra::pbrt_luminance([&](double nm) { return spectra::relative_planck(nm, s.blackbody().kelvin()); })
-            : spectra::pbrt_luminance(
-                  spectra::Curve{{s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
-                                {s.sampled().values().begin(), s.sampled().values().end()}});
+    const double y = s.has_blackbody()
+                         ? spectra::pbrt_luminance([&](double nm) {
+                             return spectra::relative_planck(nm, s.blackbody().kelvin());
+                           })
+                         : spectra::pbrt_luminance(spectra::Curve{
+                               {s.sampled().wavelengths_nm().begin(), s.sampled().wavelengths_nm().end()},
+                               {s.sampled().values().begin(), s.sampled().values().end()}});
     EXPECT_NEAR(y * (l.has_scale() ? l.scale() : 1), 1, 1e-6) << value;  // a float's rounding of scale
   }
   EXPECT_FLOAT_EQ(light("LightSource \"infinite\"").infinite().radiance().rgb().g(), 1);
