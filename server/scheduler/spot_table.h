@@ -22,7 +22,6 @@ struct Spot {
 
 /// A spot that another identity is to render.
 struct SpotCheck {
-  std::uint32_t sequence = 0;  // number of the result
   Spot spot;
   std::string maker;    // identity
   std::string checker;  // the identity that is asked

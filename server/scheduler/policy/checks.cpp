@@ -97,8 +97,7 @@ bool Checks::ask(FarmJob& job, const std::string& identity, const Standing::Resu
   Standing& standing = job.standing_by_identity[identity];
   const auto covers = [&] { return standing.open().empty() ? 0 : standing.open().back().sequence; };
   if (result.spot.number != 0 && job.spots.find(result.first) == nullptr) {
-    SpotCheck check{.sequence = result.sequence,
-                    .spot = result.spot,
+    SpotCheck check{.spot = result.spot,
                     .maker = identity,
                     .checker = "",
                     .arithmetic_class = classes_.class_of_result(job, accepted),
