@@ -87,10 +87,10 @@ absl::Status Farm::recover(JobRecord record) {
   if (!made.ok()) return made.status();
   std::vector<std::uint64_t> sizes;
   for (const v1::BlobRef& blob : made->shape->spec.farm().blobs()) {
-    const std::optional<std::uint64_t> known = user_blobs_.size_of(blob.digest());
+    const std::optional<std::uint64_t> known = jobs_.blobs().size_of(blob.digest());
     sizes.push_back(known ? *known : blobs_.query(blob.digest()).stored_bytes);
   }
-  JobEntry& entry = keep(*std::move(made), sizes);
+  JobEntry& entry = jobs_.add(*std::move(made), sizes);
   if (entry.past) {
     if (record.whole_results < record.result_count) {
       telemetry::log(spdlog::level::err, fields_of(entry),
@@ -114,11 +114,6 @@ absl::Status Farm::recover(JobRecord record) {
   telemetry::log(spdlog::level::info, fields_of(entry), "job {} goes on with {} of {} units done", entry.id,
                  scheduler_.job(entry.id)->units_done, entry.shape->plan->unit_count());
   return status;
-}
-
-JobEntry& Farm::keep(JobEntry entry, const std::vector<std::uint64_t>& sizes) {
-  user_blobs_.add(entry.shape->spec, sizes);
-  return jobs_.add(std::move(entry));
 }
 
 Time Farm::now() const { return std::chrono::duration_cast<Time>(clock_.now().time_since_epoch()); }

@@ -24,7 +24,6 @@
 #include "service/farm/lease_uploads.h"
 #include "service/farm/quotas.h"
 #include "service/farm/unclaimed_uploads.h"
-#include "service/farm/user_blobs.h"
 #include "service/job/adoption.h"
 #include "service/job/end_listener.h"
 #include "service/job/job_table.h"
@@ -211,8 +210,6 @@ class Farm {
 
   /// Sizes of the job's blobs, in their order. FailedPrecondition where some are missing.
   absl::StatusOr<std::vector<std::uint64_t>> blob_sizes(const v1::JobSpec& spec) const;
-  /// The job and its blobs count as its user's from now on. With mutex_ held.
-  JobEntry& keep(JobEntry entry, const std::vector<std::uint64_t>& sizes);
   /// Whether the jobs that the new one comes after are there, and may still be done. With mutex_ held.
   absl::Status check_after(const v1::JobSpec& spec);
   /// Whether the units of one more job fit into memory. With mutex_ held.
@@ -273,7 +270,6 @@ class Farm {
   Scheduler scheduler_;
   JobTable jobs_;
   UnclaimedUploads uploads_;
-  UserBlobs user_blobs_;
   LeaseUploads lease_uploads_;
   struct Registration {
     std::shared_ptr<const Accounts::Hold> account;

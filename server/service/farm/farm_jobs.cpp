@@ -152,7 +152,6 @@ void Farm::delete_job(const std::string& id, DoneEmpty done) {
 void Farm::forget(const std::string& id, DoneEmpty done) {
   const JobEntry& entry = *jobs_.find(id);
   if (!entry.past) static_cast<void>(scheduler_.forget_job(id));
-  user_blobs_.remove(entry.shape->spec);
   jobs_.erase(id);
   keeper_.forget(id);
   commit({JobPruned{.id = id}}, {}, /*wait=*/true, std::move(done));
@@ -372,7 +371,7 @@ void Farm::retire_jobs() {
 void Farm::drop_lease_uploads() {
   std::vector<std::string> old = lease_uploads_.take_old(clock_.now());
   std::erase_if(old, [this](const std::string& digest) {
-    return user_blobs_.size_of(digest).has_value() ||
+    return jobs_.blobs().size_of(digest).has_value() ||
            std::ranges::any_of(jobs_.all(), [&](const std::unique_ptr<JobEntry>& entry) {
              return entry->phase_blobs.has(digest);
            });

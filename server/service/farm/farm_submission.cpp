@@ -57,7 +57,7 @@ absl::Status Farm::check_capacity(const JobShape& shape) const {
 }
 
 UserShare Farm::share_of(const std::string& user) const {
-  UserShare share{.blob_bytes = user_blobs_.bytes_of(user) + uploads_.held_by(user)};
+  UserShare share{.blob_bytes = jobs_.blobs().bytes_of(user) + uploads_.held_by(user)};
   for (const auto& entry : jobs_.all()) {
     if (entry->past || entry->shape->spec.farm().user() != user) continue;
     share.open_jobs += entry->durable_end ? 0 : 1;
@@ -71,7 +71,7 @@ UserShare Farm::share_with(const JobShape& shape, const std::vector<std::uint64_
   UserShare share = share_of(user);
   ++share.open_jobs;
   share.units += shape.plan->unit_count();
-  share.blob_bytes = user_blobs_.bytes_with(shape.spec, sizes) + uploads_.held_by(user, shape.spec);
+  share.blob_bytes = jobs_.blobs().bytes_with(shape.spec, sizes) + uploads_.held_by(user, shape.spec);
   return share;
 }
 
@@ -91,7 +91,7 @@ absl::Status Farm::begin_upload(const v1::BlobRef& blob, const Caller& by) {
   if (!by.has_quotas() || blobs_.query(blob.digest()).complete) return absl::OkStatus();
   const std::lock_guard lock(mutex_);
   const std::uint64_t bytes =
-      user_blobs_.bytes_of(by.user) + uploads_.held_by(by.user, blob.digest()) + blob.size_bytes();
+      jobs_.blobs().bytes_of(by.user) + uploads_.held_by(by.user, blob.digest()) + blob.size_bytes();
   if (absl::Status s = options_.quotas.check_blob_bytes(by.user, bytes); !s.ok()) return s;
   uploads_.begin(blob.digest(), blob.size_bytes(), by.user, clock_.now());
   return absl::OkStatus();
@@ -252,17 +252,17 @@ void Farm::submit(const v1::SubmitJobRequest& request, Done<std::string> done, c
   if (absl::Status status = check_after((*shape)->spec); !status.ok()) return done(std::move(status));
   std::string id = random_identifier(8);
   while (jobs_.find(id) != nullptr) id = random_identifier(8);
-  JobEntry& entry = keep({.id = id,
-                          .request_id = key,
-                          .shape = *shape,
-                          .submitted_unix_ms = unix_now(),
-                          .uploaded_bytes = uploads_.claim((*shape)->spec),
-                          .past = std::nullopt,
-                          .stats = {},
-                          .hosts = {},
-                          .units_by_sequence = {},
-                          .past_revoked = {}},
-                         *sizes);
+  JobEntry& entry = jobs_.add({.id = id,
+                               .request_id = key,
+                               .shape = *shape,
+                               .submitted_unix_ms = unix_now(),
+                               .uploaded_bytes = uploads_.claim((*shape)->spec),
+                               .past = std::nullopt,
+                               .stats = {},
+                               .hosts = {},
+                               .units_by_sequence = {},
+                               .past_revoked = {}},
+                              *sizes);
   absl::StatusOr<std::vector<JournalEntry>> entries = add_job(entry, *donor);
   if (!entries.ok()) return done(entries.status());
   // Workers may begin at once: their results are journaled after the job.

@@ -58,7 +58,8 @@ absl::StatusOr<std::shared_ptr<const JobShape>> JobShape::make(v1::JobSpec spec)
                                                    std::move(channels), std::move(key), spec_bytes});
 }
 
-JobEntry& JobTable::add(JobEntry entry) {
+JobEntry& JobTable::add(JobEntry entry, const std::vector<std::uint64_t>& blob_sizes) {
+  blobs_.add(entry.shape->spec, blob_sizes);
   entries_.push_back(std::make_unique<JobEntry>(std::move(entry)));
   JobEntry& added = *entries_.back();
   by_id_[added.id] = &added;
@@ -78,6 +79,7 @@ JobEntry* JobTable::find_request(const std::string& request_key) {
 
 void JobTable::erase(const std::string& id) {
   const JobEntry* const entry = find(id);
+  blobs_.remove(entry->shape->spec);
   by_request_.erase(entry->request_id);
   by_id_.erase(id);
   std::erase_if(entries_, [entry](const std::unique_ptr<JobEntry>& other) { return other.get() == entry; });

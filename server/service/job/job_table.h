@@ -12,9 +12,10 @@
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/statusor.h"
 #include "scheduler/scheduler.h"
-#include "service/farm/host_shares.h"
 #include "service/job/completion_rate.h"
+#include "service/job/host_shares.h"
 #include "service/job/phase_blobs.h"
+#include "service/job/user_blobs.h"
 #include "store/journal.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/tile_result.h"
@@ -95,17 +96,21 @@ JobRequest request_of(const JobEntry& entry);
 
 class JobTable {
  public:
-  JobEntry& add(JobEntry entry);
+  /// The job's blobs have these sizes, in the order of its spec.
+  JobEntry& add(JobEntry entry, const std::vector<std::uint64_t>& blob_sizes);
   JobEntry* find(const std::string& id);
   JobEntry* find_request(const std::string& request_key);
   void erase(const std::string& id);
   /// In order of submission.
   const std::vector<std::unique_ptr<JobEntry>>& all() const { return entries_; }
+  /// The blobs that these jobs name.
+  const UserBlobs& blobs() const { return blobs_; }
 
  private:
   std::vector<std::unique_ptr<JobEntry>> entries_;
   absl::flat_hash_map<std::string, JobEntry*> by_id_;
   absl::flat_hash_map<std::string, JobEntry*> by_request_;
+  UserBlobs blobs_;
 };
 
 /// The scheduler need not know the job any more: nothing is kept of it that grows with its units.

@@ -5,7 +5,7 @@
 
 #include "service/farm/accounts.h"
 #include "service/farm/farm.h"
-#include "service/farm/identities.h"
+#include "service/rpc/identities.h"
 #include "tessera/v1/work.grpc.pb.h"
 
 namespace tessera::server {

@@ -268,7 +268,6 @@ TEST(IncludeRules, FoldersFormNoCircles) {
       {"client/command: render_options.h frames", kValues},
       {"client/import/gltf: context.h file", kValues},
       {"client/import/mitsuba: context.h document", kValues},
-      {"server/service: farm job rpc web", "the farm is to become a core with decorators"},
       {"server/store: log sqlite", "the logs go into the database, and recovery reads both"},
       {"worker/render/accel: brute bsp bvh grid kd octree sphere_tree structure wide",
        "structure/ has the primitives of all structures, and chooses between them"},

@@ -1,5 +1,5 @@
 // Who is slow with a job.
-#include "service/farm/host_shares.h"
+#include "service/job/host_shares.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>

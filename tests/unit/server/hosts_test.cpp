@@ -3,7 +3,7 @@
 #include <google/protobuf/util/time_util.h>
 #include <gtest/gtest.h>
 
-#include "service/farm/host_shares.h"
+#include "service/job/host_shares.h"
 #include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"

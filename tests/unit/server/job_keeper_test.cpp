@@ -27,7 +27,8 @@ class JobKeeperTest : public testing::Test {
                       .units_by_sequence = {},
                       .past_revoked = {},
                       .fetched = fetched,
-                      .durable_end = true});
+                      .durable_end = true},
+                     {5});
   }
 
   std::vector<std::string> old_jobs_after(std::chrono::milliseconds time) {

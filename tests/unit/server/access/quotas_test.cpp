@@ -8,7 +8,7 @@
 
 #include "service/farm/farm.h"
 #include "service/farm/unclaimed_uploads.h"
-#include "service/farm/user_blobs.h"
+#include "service/job/user_blobs.h"
 #include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"

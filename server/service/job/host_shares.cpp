@@ -1,4 +1,4 @@
-#include "service/farm/host_shares.h"
+#include "service/job/host_shares.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "service/farm/identities.h"
+#include "service/rpc/identities.h"
 
 #include "net/x509.h"
 #include "scheduler/identity.h"

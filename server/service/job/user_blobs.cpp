@@ -1,4 +1,4 @@
-#include "service/farm/user_blobs.h"
+#include "service/job/user_blobs.h"
 
 #include <algorithm>
 
