@@ -6,6 +6,9 @@
 #include "local/awaited.h"
 #include "net/backoff.h"
 #include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_control.h"
+#include "service/farm/job_submission.h"
 #include "wire/printable_message.h"
 
 namespace tessera::client {
@@ -73,23 +76,23 @@ absl::StatusOr<std::string> LocalCalls::submit(const v1::JobSpec& spec, const Re
   request.set_continued(reuse.continued);
   request.set_fresh(reuse.fresh);
   Awaited<absl::StatusOr<std::string>> answer;
-  farm_.submit(request, answer.done());
+  farm_.submission().submit(request, answer.done());
   return answer.wait(std::move(stop));
 }
 
 absl::StatusOr<v1::GetJobResponse> LocalCalls::job(const std::string& job_id, std::stop_token) {
-  return printable(farm_.get_job(job_id));
+  return printable(farm_.views().get_job(job_id));
 }
 
 absl::StatusOr<std::vector<v1::JobStatus>> LocalCalls::jobs(std::stop_token) {
-  v1::ListJobsResponse response = farm_.list_jobs();
+  v1::ListJobsResponse response = farm_.views().list_jobs();
   wire::make_printable(response);
   return std::vector<v1::JobStatus>{response.jobs().begin(), response.jobs().end()};
 }
 
 absl::StatusOr<v1::JobStatus> LocalCalls::cancel(const std::string& job_id, std::stop_token stop) {
   Awaited<absl::StatusOr<v1::JobStatus>> answer;
-  farm_.cancel(job_id, answer.done());
+  farm_.jobs().cancel(job_id, answer.done());
   return printable(answer.wait(std::move(stop)));
 }
 
@@ -105,7 +108,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
   std::uint64_t after = 0;  // counts results that are not of the picture, too
   while (!stop.stop_requested()) {
     if (farm_.stopping()) return wait_for_cause(stop);
-    absl::StatusOr<server::WatchBatch> batch = farm_.next_results(job_id, after, status_only);
+    absl::StatusOr<server::WatchBatch> batch = farm_.views().next_results(job_id, after, status_only);
     if (!batch.ok()) return batch.status();
     const bool more = batch->last > after;
     after = batch->last;
@@ -115,7 +118,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
       continue;
     }
     if (batch->finished) {
-      if (!status_only) farm_.note_fetched(job_id);
+      if (!status_only) farm_.jobs().note_fetched(job_id);
       return progress.last;
     }
     // The farm has news at least every second; were one lost, the next would do.

@@ -15,7 +15,6 @@
 #include "local/local_link.h"
 #include "local/scene_blobs.h"
 #include "service/coordinator.h"
-#include "service/farm/farm.h"
 
 namespace tessera::client {
 

@@ -3,13 +3,17 @@
 #include "local/awaited.h"
 #include "net/backoff.h"
 #include "service/farm/farm.h"
+#include "service/farm/unit_results.h"
+#include "service/farm/user_shares.h"
+#include "service/farm/worker_leases.h"
+#include "service/farm/worker_registry.h"
 #include "store/blobs/blob_store.h"
 #include "wire/limits.h"
 
 namespace tessera::client {
 namespace {
 
-server::Farm::Origin origin() {
+server::WorkerOrigin origin() {
   return {.certificate = "", .peer = "this process", .fingerprint = "", .account = nullptr};
 }
 
@@ -17,36 +21,36 @@ server::Farm::Origin origin() {
 
 absl::StatusOr<v1::RegisterResponse> LocalLink::register_worker(const v1::RegisterRequest& request,
                                                                 std::stop_token) {
-  return farm_.register_worker(request, origin());
+  return farm_.workers().register_worker(request, origin());
 }
 
 absl::StatusOr<v1::LeaseResponse> LocalLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
   Awaited<absl::StatusOr<v1::LeaseResponse>> answer;
-  farm_.lease(
+  farm_.leases().lease(
       request, origin(), [stop] { return stop.stop_requested(); }, answer.done());
   return answer.wait(stop);
 }
 
 absl::StatusOr<v1::HeartbeatResponse> LocalLink::heartbeat(const v1::HeartbeatRequest& request,
                                                            std::stop_token) {
-  return farm_.heartbeat(request, origin());
+  return farm_.leases().heartbeat(request, origin());
 }
 
 absl::StatusOr<v1::CompleteResponse> LocalLink::complete(const v1::CompleteRequest& request,
                                                          std::stop_token stop) {
   Awaited<absl::StatusOr<v1::CompleteResponse>> answer;
-  farm_.complete(request, origin(), answer.done());
+  farm_.results().complete(request, origin(), answer.done());
   return answer.wait(stop);
 }
 
 absl::Status LocalLink::fail(const v1::FailRequest& request, std::stop_token stop) {
   Awaited<absl::Status> answer;
-  farm_.fail(request, origin(), answer.done());
+  farm_.results().fail(request, origin(), answer.done());
   return answer.wait(stop);
 }
 
 absl::Status LocalLink::deregister(const v1::DeregisterRequest& request) {
-  return farm_.deregister(request.worker_id(), origin());
+  return farm_.workers().deregister(request.worker_id(), origin());
 }
 
 absl::Status LocalLink::download(const Wanted& wanted, const ChunkSink& sink, std::stop_token stop) {
@@ -75,7 +79,7 @@ absl::Status LocalLink::upload(const UnitBlob& blob, std::stop_token) {
   if (!writer.ok()) return writer.status();
   absl::Status status = (*writer)->append(bytes);
   if (status.ok()) status = (*writer)->finish();
-  if (status.ok()) farm_.note_upload(digest, bytes.size());
+  if (status.ok()) farm_.shares().note_upload(digest, bytes.size());
   return status;
 }
 

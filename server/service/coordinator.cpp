@@ -1,6 +1,7 @@
 #include "service/coordinator.h"
 
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/grpcpp.h>
 #include <grpcpp/health_check_service_interface.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
@@ -15,11 +16,31 @@
 #include "absl/strings/str_cat.h"
 #include "base/address.h"
 #include "connections/connection_calls.h"
+#include "connections/connections.h"
 #include "connections/descriptors.h"
+#include "connections/listener.h"
 #include "net/tls.h"
 #include "net/x509.h"
 #include "service/coordinator_impl.h"
+#include "service/farm/farm.h"
+#include "service/farm/farm_log.h"
+#include "service/farm/lease_seal.h"
+#include "service/farm/user_shares.h"
+#include "service/farm/worker_leases.h"
+#include "service/metrics.h"
 #include "service/rpc/access.h"
+#include "service/rpc/blob_service.h"
+#include "service/rpc/farm_service.h"
+#include "service/rpc/health_server.h"
+#include "service/rpc/join_service.h"
+#include "service/rpc/open_streams.h"
+#include "service/rpc/work_service.h"
+#include "service/web/http_server.h"
+#include "service/web/web_site.h"
+#include "store/blobs/blob_store.h"
+#include "store/data_dir.h"
+#include "store/journal.h"
+#include "telemetry/metrics_server.h"
 #include "tls/own_certificate.h"
 #include "wire/limits.h"
 #include "wire/version.h"
@@ -67,7 +88,30 @@ std::vector<std::string> names_of_page(const std::string& host, const std::files
   return names;
 }
 
+/// Opens the port of the members, on which the builder's server is to be called.
+absl::StatusOr<Listener::Acceptor> open_port(Coordinator::Impl& parts, const CoordinatorOptions& options,
+                                             grpc::ServerBuilder& builder) {
+  const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.listen);
+  if (!address.ok()) return address.status();
+  const auto credentials = credentials_for(*address, options, parts.expelled, parts.members);
+  if (!credentials.ok()) return credentials.status();
+  auto opened = Listener::open(*address, *parts.connections, Connections::Port::kMembers);
+  if (!opened.ok()) return opened.status();
+  parts.listener = *std::move(opened);
+  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
+  interceptors.push_back(notice_calls(*parts.connections));
+  builder.experimental().SetInterceptorCreators(std::move(interceptors));
+  return builder.experimental().AddExternalConnectionAcceptor(ConnectionType::FROM_FD, *credentials);
+}
+
 }  // namespace
+
+Coordinator::Impl::Impl()
+    : farm_metrics(std::make_unique<FarmMetrics>()), farm_log(std::make_unique<FarmLog>()) {}
+
+Coordinator::Impl::~Impl() {
+  if (farm != nullptr) farm->stop();
+}
 
 absl::Status Coordinator::Impl::open(const CoordinatorOptions& options) {
   absl::Status status = open_data(options);
@@ -81,7 +125,7 @@ absl::Status Coordinator::Impl::open_data(const CoordinatorOptions& options) {
   if (!options.data_dir.empty()) {
     absl::StatusOr<DataDir> opened = DataDir::open(options.data_dir);
     if (!opened.ok()) return opened.status();
-    data_dir.emplace(*std::move(opened));
+    data_dir = std::make_unique<DataDir>(*std::move(opened));
   }
   absl::StatusOr<std::unique_ptr<Expelled>> opened_expelled =
       Expelled::open(options.data_dir.empty() ? std::filesystem::path{} : options.data_dir / "expelled");
@@ -146,7 +190,8 @@ absl::Status Coordinator::Impl::open_farm(const CoordinatorOptions& options) {
        .classes = options.classes,
        .class_patience = options.class_patience,
        .listener = options.listener,
-       .clock = options.clock},
+       .clock = options.clock,
+       .observers = {farm_metrics.get(), farm_log.get()}},
       [this](const absl::Status& why) { request_shutdown(why); });
   if (!opened_farm.ok()) return opened_farm.status();
   farm = *std::move(opened_farm);
@@ -188,7 +233,7 @@ absl::Status Coordinator::Impl::open_web(const CoordinatorOptions& options) {
     if (absl::Status s = base::check_unencrypted_allowed(*address, options.allow_insecure); !s.ok()) return s;
   }
   site = std::make_unique<WebSite>(
-      *farm, Rights{*farm, options.share_jobs}, *expelled, *members,
+      *farm, Rights{farm->views(), options.share_jobs}, *expelled, *members,
       SiteOptions{.encrypted = encrypted, .version = wire::build_version(), .lines = options.lines});
   const auto set_names = [this, host = address->host, certificates = options.certificates] {
     site->set_names(names_of_page(host, certificates));
@@ -212,29 +257,14 @@ absl::Status Coordinator::Impl::open_web(const CoordinatorOptions& options) {
     web->sweep();
     return true;
   });
-  web_port = WebPort{.address = address->to_string(), .site = site.get()};
+  web_port = std::make_unique<WebPort>(WebPort{.address = address->to_string(), .site = site.get()});
   return absl::OkStatus();
-}
-
-absl::StatusOr<Listener::Acceptor> Coordinator::Impl::open_port(const CoordinatorOptions& options,
-                                                                grpc::ServerBuilder& builder) {
-  const absl::StatusOr<base::HostPort> address = base::parse_host_port(options.listen);
-  if (!address.ok()) return address.status();
-  const auto credentials = credentials_for(*address, options, expelled, members);
-  if (!credentials.ok()) return credentials.status();
-  auto opened = Listener::open(*address, *connections, Connections::Port::kMembers);
-  if (!opened.ok()) return opened.status();
-  listener = *std::move(opened);
-  std::vector<std::unique_ptr<grpc::experimental::ServerInterceptorFactoryInterface>> interceptors;
-  interceptors.push_back(notice_calls(*connections));
-  builder.experimental().SetInterceptorCreators(std::move(interceptors));
-  return builder.experimental().AddExternalConnectionAcceptor(ConnectionType::FROM_FD, *credentials);
 }
 
 absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (!options.listen.empty() || !options.health.empty()) {
     const std::size_t descriptors = raise_descriptor_limit();
-    connections.emplace(
+    connections = std::make_unique<Connections>(
         options.connections.value_or(ConnectionLimits::within(connections_within(descriptors))));
     const ConnectionLimits& limits = connections->limits();
     spdlog::info("{} descriptors: at most {} connections, {} of one address", descriptors, limits.all,
@@ -242,23 +272,28 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   }
   if (absl::Status status = open_joining(options); !status.ok()) return status;
   accounts = Accounts::make(options.of_each);
-  streams.emplace(options.stream_patience, accounts, *options.clock);
+  streams = std::make_unique<OpenStreams>(options.stream_patience, accounts, *options.clock);
   farm->subscribe([this] {
     streams->cut_stalled();
     return true;
   });
   if (absl::Status status = open_web(options); !status.ok()) return status;
-  farm_service.emplace(*farm, *streams, *expelled, *members, joining.get(), web_port ? &*web_port : nullptr,
-                       options.share_jobs);
-  work_service.emplace(*farm, accounts);
-  blob_service.emplace(
+  if (absl::Status status = open_services(options); !status.ok()) return status;
+  return open_metrics(options);
+}
+
+absl::Status Coordinator::Impl::open_services(const CoordinatorOptions& options) {
+  farm_service = std::make_unique<FarmService>(*farm, *streams, *expelled, *members, joining.get(),
+                                               web_port.get(), options.share_jobs);
+  work_service = std::make_unique<WorkService>(farm->workers(), farm->leases(), farm->results(), accounts);
+  blob_service = std::make_unique<BlobService>(
       *blobs, *streams,
-      [this](const std::string& digest, std::uint64_t bytes) { farm->note_upload(digest, bytes); },
+      [this](const std::string& digest, std::uint64_t bytes) { farm->shares().note_upload(digest, bytes); },
       [this](const grpc::CallbackServerContext& context, const v1::UploadRequest& first) {
         const Caller who = caller_of(context.auth_context().get());
         return who.role == Role::kWorker || first.has_token()
-                   ? farm->begin_unit_upload(first, work_service->origin_of(context))
-                   : farm->begin_upload(first.blob(), who);
+                   ? farm->leases().begin_unit_upload(first, work_service->origin_of(context))
+                   : farm->shares().begin_upload(first.blob(), who);
       });
 
   if (!options.health.empty()) {
@@ -287,7 +322,7 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 5'000);
   Listener::Acceptor acceptor;
   if (!options.listen.empty()) {
-    absl::StatusOr<Listener::Acceptor> opened = open_port(options, builder);
+    absl::StatusOr<Listener::Acceptor> opened = open_port(*this, options, builder);
     if (!opened.ok()) return opened.status();
     acceptor = *std::move(opened);
     builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS,
@@ -297,9 +332,13 @@ absl::Status Coordinator::Impl::listen(const CoordinatorOptions& options) {
   if (server == nullptr) return absl::InternalError("gRPC does not start a server");
   if (listener) listener->start(std::move(acceptor));
   if (health != nullptr) health->set_serving(true);
+  return absl::OkStatus();
+}
+
+absl::Status Coordinator::Impl::open_metrics(const CoordinatorOptions& options) {
   if (options.metrics.empty()) return absl::OkStatus();
-  std::vector<std::shared_ptr<prometheus::Collectable>> sources{farm->metrics().collectable(),
-                                                                farm_gauges(*farm), stream_counter(*streams)};
+  std::vector<std::shared_ptr<prometheus::Collectable>> sources{
+      farm_metrics->collectable(), farm_gauges(farm->views()), stream_counter(*streams)};
   if (connections) sources.push_back(connection_metrics(*connections));
   absl::StatusOr<std::unique_ptr<telemetry::MetricsServer>> serving =
       telemetry::MetricsServer::start(options.metrics, std::move(sources));

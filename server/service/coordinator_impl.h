@@ -1,67 +1,75 @@
 // The parts of a coordinator. For coordinator.cpp and in_process.cpp.
 #pragma once
 
-#include <grpcpp/grpcpp.h>
-
 #include <condition_variable>
 #include <memory>
 #include <mutex>
-#include <optional>
 
-#include "connections/connections.h"
-#include "connections/listener.h"
+#include "absl/status/status.h"
 #include "service/coordinator.h"
-#include "service/farm/accounts.h"
-#include "service/farm/farm.h"
-#include "service/metrics.h"
-#include "service/rpc/blob_service.h"
-#include "service/rpc/farm_service.h"
-#include "service/rpc/health_server.h"
-#include "service/rpc/join_service.h"
-#include "service/rpc/open_streams.h"
-#include "service/rpc/work_service.h"
-#include "service/web/http_server.h"
-#include "service/web/web_site.h"
-#include "store/blobs/blob_store.h"
-#include "store/data_dir.h"
-#include "store/journal.h"
-#include "telemetry/metrics_server.h"
+
+namespace grpc {
+class Server;
+}  // namespace grpc
+
+namespace tessera::telemetry {
+class MetricsServer;
+}  // namespace tessera::telemetry
 
 namespace tessera::server {
 
+class BlobService;
+class Connections;
+class DataDir;
+class Expelled;
+class FarmLog;
+class FarmMetrics;
+class FarmService;
+class HealthServer;
+class HttpServer;
+class JoinServer;
+class Journal;
+class Listener;
+class Members;
+class OpenStreams;
+class WebSite;
+class WorkService;
+struct WebPort;
+
 struct Coordinator::Impl {
+  Impl();
   /// Nobody is told of the farm's changes any more when the parts that listen to them go.
-  ~Impl() {
-    if (farm != nullptr) farm->stop();
-  }
+  ~Impl();
   absl::Status open(const CoordinatorOptions& options);
   absl::Status open_data(const CoordinatorOptions& options);
   absl::Status open_farm(const CoordinatorOptions& options);
   absl::Status listen(const CoordinatorOptions& options);
   absl::Status open_joining(const CoordinatorOptions& options);
   absl::Status open_web(const CoordinatorOptions& options);
-  absl::StatusOr<Listener::Acceptor> open_port(const CoordinatorOptions& options,
-                                               grpc::ServerBuilder& builder);
+  absl::Status open_services(const CoordinatorOptions& options);
+  absl::Status open_metrics(const CoordinatorOptions& options);
   void request_shutdown(const absl::Status& reason);
   absl::Status wait();
 
   // In the order in which they lean on each other.
-  std::optional<DataDir> data_dir;
+  std::unique_ptr<DataDir> data_dir;
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;
   std::shared_ptr<Accounts> accounts;
-  std::optional<Connections> connections;  // set where it listens
-  std::optional<OpenStreams> streams;
+  std::unique_ptr<Connections> connections;  // set where it listens
+  std::unique_ptr<OpenStreams> streams;
+  std::unique_ptr<FarmMetrics> farm_metrics;
+  std::unique_ptr<FarmLog> farm_log;
   std::unique_ptr<Farm> farm;
   std::shared_ptr<Expelled> expelled;
   std::shared_ptr<Members> members;
   std::unique_ptr<JoinServer> joining;
-  std::optional<WebPort> web_port;
+  std::unique_ptr<WebPort> web_port;
   std::unique_ptr<WebSite> site;
   std::unique_ptr<HttpServer> web;
-  std::optional<FarmService> farm_service;
-  std::optional<WorkService> work_service;
-  std::optional<BlobService> blob_service;
+  std::unique_ptr<FarmService> farm_service;
+  std::unique_ptr<WorkService> work_service;
+  std::unique_ptr<BlobService> blob_service;
   std::unique_ptr<HealthServer> health;
   std::unique_ptr<grpc::Server> server;
   std::unique_ptr<Listener> listener;

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "connections/connections.h"
-#include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
 #include "service/rpc/open_streams.h"
 #include "telemetry/metrics.h"
 
@@ -29,6 +29,10 @@ prometheus::Counter& counter(prometheus::Registry& registry, const char* name, c
   return prometheus::BuildCounter().Name(name).Help(help).Register(registry).Add({});
 }
 
+void add(prometheus::Counter& counter, std::uint64_t amount) {
+  counter.Increment(static_cast<double>(amount));
+}
+
 /// Read anew at each call.
 telemetry::ReadFamily gauge(const char* name, const char* help, const char* label) {
   return {prometheus::MetricType::Gauge, name, help, label};
@@ -36,14 +40,14 @@ telemetry::ReadFamily gauge(const char* name, const char* help, const char* labe
 
 class FarmGauges final : public prometheus::Collectable {
  public:
-  explicit FarmGauges(Farm& farm) : farm_(farm) {}
+  explicit FarmGauges(const FarmViews& views) : views_(views) {}
 
   std::vector<prometheus::MetricFamily> Collect() const override {
     telemetry::ReadFamily jobs = gauge("tessera_jobs", "Jobs, by state", "state");
     telemetry::ReadFamily units =
         gauge("tessera_units", "Units of jobs that are not over, by state", "state");
     units["waiting"] = units["leased"] = units["done"] = units["set_aside"] = 0;
-    const v1::ListJobsResponse all_jobs = farm_.list_jobs();
+    const v1::ListJobsResponse all_jobs = views_.list_jobs();
     for (const v1::JobStatus& job : all_jobs.jobs()) {
       ++jobs[v1::JobState_Name(job.state())];
       if (job.state() != v1::QUEUED && job.state() != v1::RUNNING) continue;
@@ -56,7 +60,7 @@ class FarmGauges final : public prometheus::Collectable {
     workers["working"] = workers["idle"] = workers["draining"] = workers["quarantine"] = 0;
     telemetry::ReadFamily threads =
         gauge("tessera_worker_threads", "Threads of the workers that are connected, by kernel ISA", "isa");
-    const v1::ListWorkersResponse all_workers = farm_.list_workers();
+    const v1::ListWorkersResponse all_workers = views_.list_workers();
     for (const v1::WorkerStatus& worker : all_workers.workers()) {
       ++workers[!worker.quarantine().empty() ? "quarantine"
                 : worker.draining()          ? "draining"
@@ -71,7 +75,7 @@ class FarmGauges final : public prometheus::Collectable {
   }
 
  private:
-  Farm& farm_;
+  const FarmViews& views_;
 };
 
 class StreamCounter final : public prometheus::Collectable {
@@ -152,35 +156,44 @@ struct FarmMetrics::Series {
       result[i] = &family.Add({{"call", kCallNames[i]}}, short_times());
     return result;
   }();
+
+  /// News that are not counted.
+  template <class Other>
+  void operator()(const Other&) const {}
+
+  void operator()(const news::CallServed& news) const {
+    calls[static_cast<std::size_t>(news.call)]->Observe(seconds(news.taken));
+  }
+  void operator()(const news::Committed& news) const {
+    commit_seconds.Observe(seconds(news.taken));
+    add(entries, news.entries);
+  }
+  void operator()(const news::BlobUploaded& news) const { add(blob_bytes, news.bytes); }
+  void operator()(const news::UnitsLeased& news) const { add(leases, news.units); }
+  void operator()(const news::LeasesLost& news) const { add(lost, news.leases); }
+  void operator()(const news::ResultAccepted& news) const {
+    unit_seconds.Observe(seconds(news.unit_time));
+    add(result_bytes, news.bytes);
+  }
+  void operator()(const news::ResultRepeated&) const { repeated.Increment(); }
+  void operator()(const news::ResultRefused& news) const {
+    refused.Increment();
+    if (news.reason == news::ResultRefused::Reason::kMisrendered) failures.Increment();
+  }
+  void operator()(const news::UnitFailed&) const { failures.Increment(); }
 };
 
-static_assert(kCallNames.size() == static_cast<std::size_t>(FarmMetrics::Call::kCount));
+static_assert(kCallNames.size() == static_cast<std::size_t>(news::Call::kCount));
 
 FarmMetrics::FarmMetrics() : series_(std::make_unique<Series>()) {}
 FarmMetrics::~FarmMetrics() = default;
 
-void FarmMetrics::served(Call call, std::chrono::nanoseconds taken) {
-  series_->calls[static_cast<std::size_t>(call)]->Observe(seconds(taken));
-}
-void FarmMetrics::leased(std::uint64_t units) { series_->leases.Increment(static_cast<double>(units)); }
-void FarmMetrics::completed(std::chrono::nanoseconds unit_time, std::uint64_t bytes) {
-  series_->unit_seconds.Observe(seconds(unit_time));
-  series_->result_bytes.Increment(static_cast<double>(bytes));
-}
-void FarmMetrics::repeated() { series_->repeated.Increment(); }
-void FarmMetrics::refused() { series_->refused.Increment(); }
-void FarmMetrics::failed() { series_->failures.Increment(); }
-void FarmMetrics::lost(std::uint64_t leases) { series_->lost.Increment(static_cast<double>(leases)); }
-void FarmMetrics::committed(std::chrono::nanoseconds taken, std::uint64_t entries) {
-  series_->commit_seconds.Observe(seconds(taken));
-  series_->entries.Increment(static_cast<double>(entries));
-}
-void FarmMetrics::uploaded(std::uint64_t bytes) { series_->blob_bytes.Increment(static_cast<double>(bytes)); }
+void FarmMetrics::note(const FarmNews& news) { std::visit(*series_, news); }
 
 std::shared_ptr<prometheus::Collectable> FarmMetrics::collectable() const { return series_->registry; }
 
-std::shared_ptr<prometheus::Collectable> farm_gauges(Farm& farm) {
-  return std::make_shared<FarmGauges>(farm);
+std::shared_ptr<prometheus::Collectable> farm_gauges(const FarmViews& views) {
+  return std::make_shared<FarmGauges>(views);
 }
 
 std::shared_ptr<prometheus::Collectable> stream_counter(const OpenStreams& streams) {

@@ -1,4 +1,4 @@
-// The real scheduler and a journal, put together as the coordinator does it (server/service/farm/farm.cpp),
+// The real scheduler and a journal, put together as the coordinator does it (server/service/farm/farm_core.cpp),
 // but on one thread, one step at a time: so a test can let it die between any two of them.
 #pragma once
 

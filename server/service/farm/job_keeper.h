@@ -12,20 +12,11 @@
 
 #include "service/farm/farm_clock.h"
 #include "service/farm/lived_time.h"
+#include "service/farm/retention.h"
 #include "service/job/job_table.h"
 #include "store/blobs/blob_store.h"
 
 namespace tessera::server {
-
-/// How long jobs that are over are kept.
-struct Retention {
-  std::chrono::seconds fetched;    // time after its end, when a client has the image
-  std::chrono::seconds unfetched;  // when none has, or something is missing
-  /// Beyond so many bytes of results, jobs that were fetched go earlier, the oldest first.
-  std::uint64_t max_bytes;
-  std::chrono::seconds blobs;          // for blobs that no job refers to, after their last use
-  std::chrono::milliseconds interval;  // time between two looks at all this
-};
 
 /// Says which jobs are old, and deletes blobs that no job needs. Not thread-safe: the farm's lock is held
 /// with every call. What takes its time runs on threads of its own.

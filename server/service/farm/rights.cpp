@@ -4,6 +4,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "service/farm/farm_views.h"
 #include "telemetry/log.h"
 
 namespace tessera::server {
@@ -31,7 +32,7 @@ bool is_allowed(Role role, std::string_view method) {
 
 absl::Status Rights::check(const Caller& who, const std::string& peer, const std::string& job) const {
   if (!who.role || share_jobs_) return absl::OkStatus();
-  const absl::StatusOr<std::string> owner = farm_.owner_of(job);
+  const absl::StatusOr<std::string> owner = views_.owner_of(job);
   if (!owner.ok() || who.may_act_for(*owner)) return owner.status();
   telemetry::log(spdlog::level::warn, {.job = job, .user = who.user, .peer = peer},
                  "refused: '{}' asked for job {} of '{}'", who.user, job, *owner);
@@ -39,7 +40,7 @@ absl::Status Rights::check(const Caller& who, const std::string& peer, const std
 }
 
 v1::ListJobsResponse Rights::jobs(const Caller& who) const {
-  v1::ListJobsResponse response = farm_.list_jobs();
+  v1::ListJobsResponse response = views_.list_jobs();
   if (sees_all(who)) return response;
   auto& jobs = *response.mutable_jobs();
   jobs.erase(std::remove_if(jobs.begin(), jobs.end(),
@@ -49,7 +50,7 @@ v1::ListJobsResponse Rights::jobs(const Caller& who) const {
 }
 
 v1::ListWorkersResponse Rights::workers(const Caller& who) const {
-  v1::ListWorkersResponse response = farm_.list_workers();
+  v1::ListWorkersResponse response = views_.list_workers();
   if (sees_all(who)) return response;
   for (v1::WorkerStatus& worker : *response.mutable_workers()) {
     for (v1::WorkerJob& job : *worker.mutable_jobs()) {

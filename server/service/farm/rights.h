@@ -6,10 +6,12 @@
 
 #include "absl/status/status.h"
 #include "service/farm/caller.h"
-#include "service/farm/farm.h"
+#include "tessera/v1/farm.pb.h"
 #include "tls/role.h"
 
 namespace tessera::server {
+
+class FarmViews;
 
 /// Whether a role is for a method, named as gRPC does: "/tessera.v1.FarmService/CancelJob".
 bool is_allowed(Role role, std::string_view method);
@@ -18,7 +20,7 @@ bool is_allowed(Role role, std::string_view method);
 /// outlive this.
 class Rights {
  public:
-  Rights(Farm& farm, bool share_jobs) : farm_(farm), share_jobs_(share_jobs) {}
+  Rights(const FarmViews& views, bool share_jobs) : views_(views), share_jobs_(share_jobs) {}
 
   bool sees_all(const Caller& who) const { return !who.role || share_jobs_ || who.role == Role::kAdmin; }
   /// NotFound for a job that is not there, PermissionDenied, logged with the address `peer`, for one that is
@@ -30,7 +32,7 @@ class Rights {
   v1::ListWorkersResponse workers(const Caller& who) const;
 
  private:
-  Farm& farm_;
+  const FarmViews& views_;
   const bool share_jobs_;
 };
 

@@ -4,9 +4,17 @@
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_control.h"
+#include "service/farm/job_submission.h"
+#include "service/farm/worker_registry.h"
 #include "service/rpc/access.h"
 #include "service/rpc/answer.h"
+#include "service/rpc/join_service.h"
+#include "service/rpc/open_streams.h"
 #include "service/rpc/watch_reactor.h"
+#include "service/web/web_site.h"
 #include "telemetry/log.h"
 
 namespace tessera::server {
@@ -22,6 +30,16 @@ class RefusedWatch final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
 };
 
 }  // namespace
+
+FarmService::FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, const Members& members,
+                         JoinServer* joining, const WebPort* web, bool share_jobs)
+    : farm_(farm),
+      streams_(streams),
+      expelled_(expelled),
+      members_(members),
+      joining_(joining),
+      web_(web),
+      rights_(farm.views(), share_jobs) {}
 
 absl::Status FarmService::check_access(const grpc::CallbackServerContext& context,
                                        const std::string& job) const {
@@ -42,7 +60,7 @@ grpc::ServerUnaryReactor* FarmService::SubmitJob(grpc::CallbackServerContext* co
   // Who submits is who the certificate says.
   const Caller who = caller(*context);
   if (who.role == Role::kClient) own.mutable_spec()->mutable_farm()->set_user(who.user);
-  farm_.submit(
+  farm_.submission().submit(
       own,
       [reactor, response](const absl::StatusOr<std::string>& id) {
         if (id.ok()) response->set_job_id(*id);
@@ -57,7 +75,7 @@ grpc::ServerUnaryReactor* FarmService::GetJob(grpc::CallbackServerContext* conte
                                               v1::GetJobResponse* response) {
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok())
     return answer(context->DefaultReactor(), s);
-  return answer(context->DefaultReactor(), farm_.get_job(request->job_id()), response);
+  return answer(context->DefaultReactor(), farm_.views().get_job(request->job_id()), response);
 }
 
 grpc::ServerUnaryReactor* FarmService::ListJobs(grpc::CallbackServerContext* context,
@@ -72,7 +90,7 @@ grpc::ServerUnaryReactor* FarmService::CancelJob(grpc::CallbackServerContext* co
                                                  v1::CancelJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
-  farm_.cancel(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
+  farm_.jobs().cancel(request->job_id(), [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
     if (status.ok()) *response->mutable_status() = *status;
     answer(reactor, status.status());
   });
@@ -84,7 +102,8 @@ grpc::ServerUnaryReactor* FarmService::DeleteJob(grpc::CallbackServerContext* co
                                                  v1::DeleteJobResponse*) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
-  farm_.delete_job(request->job_id(), [reactor](const absl::Status& status) { answer(reactor, status); });
+  farm_.jobs().delete_job(request->job_id(),
+                          [reactor](const absl::Status& status) { answer(reactor, status); });
   return reactor;
 }
 
@@ -93,7 +112,7 @@ grpc::ServerUnaryReactor* FarmService::RetryJob(grpc::CallbackServerContext* con
                                                 v1::RetryJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
-  farm_.retry(
+  farm_.jobs().retry(
       request->job_id(),
       [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
         if (status.ok()) *response->mutable_status() = *status;
@@ -108,7 +127,7 @@ grpc::ServerUnaryReactor* FarmService::AdjustJob(grpc::CallbackServerContext* co
                                                  v1::AdjustJobResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   if (absl::Status s = check_access(*context, request->job_id()); !s.ok()) return answer(reactor, s);
-  farm_.adjust(
+  farm_.jobs().adjust(
       *request,
       [reactor, response](const absl::StatusOr<v1::JobStatus>& status) {
         if (status.ok()) *response->mutable_status() = *status;
@@ -122,7 +141,8 @@ grpc::ServerUnaryReactor* FarmService::TrustHost(grpc::CallbackServerContext* co
                                                  const v1::TrustHostRequest* request,
                                                  v1::TrustHostResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  farm_.trust_host(request->host(), [reactor](const absl::Status& status) { answer(reactor, status); });
+  farm_.workers().trust_host(request->host(),
+                             [reactor](const absl::Status& status) { answer(reactor, status); });
   return reactor;
 }
 
@@ -196,7 +216,7 @@ absl::StatusOr<v1::ExpelResponse> FarmService::expel(const v1::ExpelRequest& req
   streams_.cut_off(*role, name);
   v1::ExpelResponse response;
   if (role != Role::kWorker) return response;
-  response.set_workers(farm_.expel(name));
+  response.set_workers(farm_.workers().expel(name));
   if (joining_ == nullptr) return response;
   const absl::StatusOr<std::size_t> tokens = joining_->call_tokens_back(name);
   if (tokens.ok()) response.set_join_tokens(static_cast<std::uint32_t>(*tokens));

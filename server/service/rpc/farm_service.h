@@ -3,14 +3,20 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include "service/farm/farm.h"
-#include "service/rpc/access.h"
-#include "service/rpc/join_service.h"
-#include "service/rpc/open_streams.h"
-#include "service/web/web_site.h"
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "service/farm/rights.h"
 #include "tessera/v1/farm.grpc.pb.h"
 
 namespace tessera::server {
+
+class Expelled;
+class Farm;
+class JoinServer;
+class Members;
+class OpenStreams;
+class WebSite;
 
 /// Where the web page is.
 struct WebPort {
@@ -25,14 +31,7 @@ class FarmService final : public v1::FarmService::CallbackService {
  public:
   /// `joining` may be null: no workers join; so may `web`: there is no web page.
   FarmService(Farm& farm, OpenStreams& streams, Expelled& expelled, const Members& members,
-              JoinServer* joining, const WebPort* web, bool share_jobs)
-      : farm_(farm),
-        streams_(streams),
-        expelled_(expelled),
-        members_(members),
-        joining_(joining),
-        web_(web),
-        rights_(farm, share_jobs) {}
+              JoinServer* joining, const WebPort* web, bool share_jobs);
 
   grpc::ServerUnaryReactor* SubmitJob(grpc::CallbackServerContext* context,
                                       const v1::SubmitJobRequest* request,

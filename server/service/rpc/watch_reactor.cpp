@@ -6,6 +6,10 @@
 #include <optional>
 
 #include "net/status.h"
+#include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_control.h"
+#include "service/rpc/open_streams.h"
 
 namespace tessera::server {
 namespace {
@@ -44,7 +48,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
       broken_ |= !ok;
       fetched = ok && last_message_sent_ && !status_only_;
     }
-    if (fetched) farm_.note_fetched(job_);
+    if (fetched) farm_.jobs().note_fetched(job_);
     wake();
   }
 
@@ -74,7 +78,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
     if (last_message_sent_) return finish(grpc::Status::OK);
     if (farm_.stopping()) return finish({grpc::StatusCode::UNAVAILABLE, "the coordinator is shutting down"});
 
-    absl::StatusOr<WatchBatch> batch = farm_.next_results(job_, after_, status_only_);
+    absl::StatusOr<WatchBatch> batch = farm_.views().next_results(job_, after_, status_only_);
     if (!batch.ok()) return finish(net::to_grpc(batch.status()));
     const bool status_due = !last_message_ || farm_.clock().now() - *last_message_ >= kStatusInterval;
     if (batch->response.results().empty() && !batch->finished && !status_due) return true;

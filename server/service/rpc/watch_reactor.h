@@ -3,11 +3,12 @@
 
 #include <grpcpp/grpcpp.h>
 
-#include "service/farm/farm.h"
-#include "service/rpc/open_streams.h"
 #include "tessera/v1/farm.pb.h"
 
 namespace tessera::server {
+
+class Farm;
+class OpenStreams;
 
 /// Sends results as they become durable, at the pace at which the client reads, and a status every second
 /// between them. Holds one message at a time. Deletes itself when the call is over.

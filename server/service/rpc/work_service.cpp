@@ -1,11 +1,14 @@
 #include "service/rpc/work_service.h"
 
+#include "service/farm/unit_results.h"
+#include "service/farm/worker_leases.h"
+#include "service/farm/worker_registry.h"
 #include "service/rpc/access.h"
 #include "service/rpc/answer.h"
 
 namespace tessera::server {
 
-Farm::Origin WorkService::origin_of(const grpc::CallbackServerContext& context) {
+WorkerOrigin WorkService::origin_of(const grpc::CallbackServerContext& context) {
   const std::shared_ptr<const grpc::AuthContext> caller = context.auth_context();
   return {.certificate = caller_of(caller.get()).user,
           .peer = context.peer(),
@@ -23,9 +26,9 @@ grpc::ServerUnaryReactor* WorkService::Register(grpc::CallbackServerContext* con
                                                 v1::RegisterResponse* response) {
   auto hold = take(*context, {.registrations = 1, .bytes = request->ByteSizeLong()});
   if (!hold.ok()) return answer(context->DefaultReactor(), hold.status());
-  Farm::Origin origin = origin_of(*context);
+  WorkerOrigin origin = origin_of(*context);
   origin.account = *std::move(hold);
-  return answer(context->DefaultReactor(), farm_.register_worker(*request, origin), response);
+  return answer(context->DefaultReactor(), workers_.register_worker(*request, origin), response);
 }
 
 grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* context,
@@ -34,7 +37,7 @@ grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* contex
   auto hold = take(*context, {.calls = 1, .bytes = request->ByteSizeLong()});
   if (!hold.ok()) return answer(reactor, hold.status());
   // The context lives until the answer.
-  farm_.lease(
+  leases_.lease(
       *request, origin_of(*context), [context] { return context->IsCancelled(); },
       [reactor, response, hold = *std::move(hold)](absl::StatusOr<v1::LeaseResponse> result) {
         answer(reactor, std::move(result), response);
@@ -45,7 +48,7 @@ grpc::ServerUnaryReactor* WorkService::Lease(grpc::CallbackServerContext* contex
 grpc::ServerUnaryReactor* WorkService::Heartbeat(grpc::CallbackServerContext* context,
                                                  const v1::HeartbeatRequest* request,
                                                  v1::HeartbeatResponse* response) {
-  return answer(context->DefaultReactor(), farm_.heartbeat(*request, origin_of(*context)), response);
+  return answer(context->DefaultReactor(), leases_.heartbeat(*request, origin_of(*context)), response);
 }
 
 grpc::ServerUnaryReactor* WorkService::Complete(grpc::CallbackServerContext* context,
@@ -54,25 +57,26 @@ grpc::ServerUnaryReactor* WorkService::Complete(grpc::CallbackServerContext* con
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
   auto hold = take(*context, {.calls = 1, .bytes = request->ByteSizeLong()});
   if (!hold.ok()) return answer(reactor, hold.status());
-  farm_.complete(*request, origin_of(*context),
-                 [reactor, response, hold = *std::move(hold)](absl::StatusOr<v1::CompleteResponse> result) {
-                   answer(reactor, std::move(result), response);
-                 });
+  results_.complete(
+      *request, origin_of(*context),
+      [reactor, response, hold = *std::move(hold)](absl::StatusOr<v1::CompleteResponse> result) {
+        answer(reactor, std::move(result), response);
+      });
   return reactor;
 }
 
 grpc::ServerUnaryReactor* WorkService::Fail(grpc::CallbackServerContext* context,
                                             const v1::FailRequest* request, v1::FailResponse* response) {
   grpc::ServerUnaryReactor* const reactor = context->DefaultReactor();
-  farm_.fail(*request, origin_of(*context),
-             [reactor](const absl::Status& status) { answer(reactor, status); });
+  results_.fail(*request, origin_of(*context),
+                [reactor](const absl::Status& status) { answer(reactor, status); });
   return reactor;
 }
 
 grpc::ServerUnaryReactor* WorkService::Deregister(grpc::CallbackServerContext* context,
                                                   const v1::DeregisterRequest* request,
                                                   v1::DeregisterResponse* response) {
-  return answer(context->DefaultReactor(), farm_.deregister(request->worker_id(), origin_of(*context)));
+  return answer(context->DefaultReactor(), workers_.deregister(request->worker_id(), origin_of(*context)));
 }
 
 }  // namespace tessera::server

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "service/farm/farm_views.h"
 #include "service/web/json_text.h"
 
 namespace tessera::server {
@@ -45,9 +46,9 @@ void at_leisure(Clock::time_point& due, Look&& look) {
 
 }  // namespace
 
-Feed::Feed(Farm& farm, const Rights& rights, std::shared_ptr<telemetry::RecentLines> lines,
+Feed::Feed(const FarmViews& views, const Rights& rights, std::shared_ptr<telemetry::RecentLines> lines,
            std::function<bool(const Visitor&)> admits)
-    : farm_(farm), rights_(rights), lines_(std::move(lines)), admits_(std::move(admits)) {
+    : farm_views_(views), rights_(rights), lines_(std::move(lines)), admits_(std::move(admits)) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -148,7 +149,7 @@ void Feed::look_at_jobs(const Caller& who, View& view) {
 void Feed::look_at_workers(const Caller& who, View& view) {
   Board::Rows rows;
   const v1::ListWorkersResponse workers = rights_.workers(who);
-  const std::chrono::milliseconds heartbeats = farm_.heartbeat_interval();
+  const std::chrono::milliseconds heartbeats = farm_views_.heartbeat_interval();
   for (const v1::WorkerStatus& worker : workers.workers())
     rows.emplace_back(worker.worker_id(), row_of(worker, heartbeats));
   view.workers.update(std::move(rows));
@@ -213,7 +214,7 @@ void Feed::tell_picture(Listener& listener) {
   listener.picture_generation = news.generation;
   listener.picture_changes = news.changes;
   Json work = Json::array();
-  for (const Farm::PixelsInWork& at : farm_.in_work(picture.job(), kMostInWork))
+  for (const PixelsInWork& at : farm_views_.in_work(picture.job(), kMostInWork))
     work.push_back({at.pixels.x0(), at.pixels.y0(), at.pixels.x1(), at.pixels.y1(), at.worker});
   if (std::string text = json_text(work); text != listener.in_work) {
     listener.in_work = std::move(text);

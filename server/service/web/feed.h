@@ -45,7 +45,7 @@ class Feed {
   static constexpr std::chrono::milliseconds kSlice{100};  // part of each round that goes to results
 
   /// `lines` may be null. `admits` says whether a session still holds.
-  Feed(Farm& farm, const Rights& rights, std::shared_ptr<telemetry::RecentLines> lines,
+  Feed(const FarmViews& views, const Rights& rights, std::shared_ptr<telemetry::RecentLines> lines,
        std::function<bool(const Visitor&)> admits);
   ~Feed();
 
@@ -81,7 +81,7 @@ class Feed {
   void tell_lines(Listener& listener, View& view);
   std::string key_of(const Caller& who) const;
 
-  Farm& farm_;
+  const FarmViews& farm_views_;
   const Rights rights_;
   const std::shared_ptr<telemetry::RecentLines> lines_;
   const std::function<bool(const Visitor&)> admits_;

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "absl/strings/str_cat.h"
+#include "service/farm/farm_views.h"
+#include "service/job/job_table.h"
 #include "wire/scene_views.h"
 
 namespace tessera::server {
@@ -21,9 +23,9 @@ double cpu_seconds_of(const v1::UnitStats& stats) {
 
 }  // namespace
 
-ShownPicture::ShownPicture(Farm& farm, std::string job, std::shared_ptr<const JobShape> shape,
+ShownPicture::ShownPicture(FarmViews& views, std::string job, std::shared_ptr<const JobShape> shape,
                            PictureLayer layer)
-    : farm_(farm),
+    : views_(views),
       job_(std::move(job)),
       shape_(std::move(shape)),
       area_(crop_of(shape_->spec)),
@@ -42,7 +44,7 @@ absl::Status ShownPicture::add(const v1::UnitResult& result, double cpu_seconds)
 bool ShownPicture::follow(std::chrono::steady_clock::time_point deadline) {
   const std::lock_guard following(following_);
   while (std::chrono::steady_clock::now() < deadline) {
-    const absl::StatusOr<WatchBatch> batch = farm_.next_results(job_, after_, /*status_only=*/false);
+    const absl::StatusOr<WatchBatch> batch = views_.next_results(job_, after_, /*status_only=*/false);
     if (!batch.ok()) return false;
     if (batch->response.status().revision() != revision_) {
       // Results that are here already turned out to be wrong.
@@ -59,7 +61,7 @@ bool ShownPicture::follow(std::chrono::steady_clock::time_point deadline) {
     find_pilot();
     std::vector<v1::UnitStats> costs;
     if (layer_.kind == PictureLayer::Kind::kCost) {
-      const auto read = farm_.costs_of(job_, after_, static_cast<std::uint32_t>(batch->last - after_));
+      const auto read = views_.costs_of(job_, after_, static_cast<std::uint32_t>(batch->last - after_));
       if (read.ok()) costs = *read;
     }
     for (const v1::UnitResult& result : batch->response.results()) {
@@ -76,7 +78,7 @@ bool ShownPicture::follow(std::chrono::steady_clock::time_point deadline) {
 /// started since.
 void ShownPicture::find_pilot() {
   if (layer_.noise != PictureLayer::Noise::kPilot || pilot_ != nullptr) return;
-  const absl::StatusOr<std::string> blob = farm_.last_phase_of(job_);
+  const absl::StatusOr<std::string> blob = views_.last_phase_of(job_);
   auto pilot = std::make_shared<wire::PilotBlocks>();
   if (!blob.ok() || !wire::append_pilot_blob(*blob, *pilot)) return;
   const std::lock_guard lock(mutex_);
@@ -112,13 +114,13 @@ absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelA
   Picture fine(film, level, layer_);
   fine.set_pilot(std::move(pilot));
   for (const std::uint64_t sequence : sequences) {
-    const absl::StatusOr<std::string> payload = farm_.result_of(job_, sequence);
+    const absl::StatusOr<std::string> payload = views_.result_of(job_, sequence);
     if (!payload.ok()) return payload.status();
     const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(*payload);
     if (!tile.ok()) return tile.status();
     double seconds = 0;
     if (layer_.kind == PictureLayer::Kind::kCost) {
-      const auto cost = farm_.costs_of(job_, sequence - 1, 1);
+      const auto cost = views_.costs_of(job_, sequence - 1, 1);
       if (cost.ok() && !cost->empty()) seconds = cpu_seconds_of(cost->front());
     }
     if (absl::Status status = fine.add(*tile, seconds); !status.ok()) return status;
@@ -138,7 +140,7 @@ ShownPicture::News ShownPicture::since(std::uint64_t generation, std::uint64_t c
 
 absl::StatusOr<std::shared_ptr<ShownPicture>> Pictures::open(const std::string& job,
                                                              const std::string& layer) {
-  const absl::StatusOr<std::shared_ptr<const JobShape>> shape = farm_.shape_of(job);
+  const absl::StatusOr<std::shared_ptr<const JobShape>> shape = views_.shape_of(job);
   if (!shape.ok()) return shape.status();
   const std::vector<PictureLayer> layers = layers_of((*shape)->channels, has_pilot((*shape)->spec));
   const auto found = std::ranges::find(layers, layer, &PictureLayer::name);
@@ -152,7 +154,7 @@ absl::StatusOr<std::shared_ptr<ShownPicture>> Pictures::open(const std::string& 
   if (!make_room(Picture::bytes_for(area, *found)))
     return absl::ResourceExhaustedError("too many pictures are looked at; close another page");
   Kept& kept = kept_[{job, layer}];
-  kept = {.picture = std::make_shared<ShownPicture>(farm_, job, *shape, *found), .used = ++uses_};
+  kept = {.picture = std::make_shared<ShownPicture>(views_, job, *shape, *found), .used = ++uses_};
   return kept.picture;
 }
 

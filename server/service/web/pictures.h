@@ -10,10 +10,12 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "service/farm/farm.h"
 #include "service/web/picture.h"
 
 namespace tessera::server {
+
+class FarmViews;
+struct JobShape;
 
 /// A layer of a job's picture, which follows the job's results. Thread-safe.
 class ShownPicture {
@@ -22,7 +24,7 @@ class ShownPicture {
   static constexpr std::size_t kMostPartPixels = 256 * 256, kMostReread = 16'384;
   static constexpr std::size_t kMostRereadPixels = std::size_t{1} << 26;
 
-  ShownPicture(Farm& farm, std::string job, std::shared_ptr<const JobShape> shape, PictureLayer layer);
+  ShownPicture(FarmViews& views, std::string job, std::shared_ptr<const JobShape> shape, PictureLayer layer);
 
   /// Takes results that are new, until there are none or it is `deadline`. Whether there may be more at once.
   bool follow(std::chrono::steady_clock::time_point deadline);
@@ -53,7 +55,7 @@ class ShownPicture {
   absl::Status add(const v1::UnitResult& result, double cpu_seconds);
   void find_pilot();
 
-  Farm& farm_;
+  FarmViews& views_;
   const std::string job_;
   const std::shared_ptr<const JobShape> shape_;
   const PixelArea area_;
@@ -76,7 +78,8 @@ class Pictures {
   /// Pictures, and bytes of their planes, that are kept. One takes 64 MiB at most.
   static constexpr std::size_t kMost = 256, kMostBytes = std::size_t{1} << 30;
 
-  explicit Pictures(Farm& farm, std::size_t most_bytes = kMostBytes) : farm_(farm), most_bytes_(most_bytes) {}
+  explicit Pictures(FarmViews& views, std::size_t most_bytes = kMostBytes)
+      : views_(views), most_bytes_(most_bytes) {}
 
   /// NotFound for a job or a layer that is not there; ResourceExhausted when there is no room, because all
   /// that is kept is looked at.
@@ -92,7 +95,7 @@ class Pictures {
   /// Drops what nobody looks at, the longest unused first, until there is room for so many bytes.
   bool make_room(std::size_t bytes);
 
-  Farm& farm_;
+  FarmViews& views_;
   const std::size_t most_bytes_;
   std::mutex mutex_;
   std::map<Key, Kept> kept_;

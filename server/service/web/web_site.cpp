@@ -12,6 +12,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "net/x509.h"
+#include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_control.h"
 #include "service/web/json_text.h"
 #include "service/web/pages.h"
 #include "service/web/request_guard.h"
@@ -125,8 +128,8 @@ WebSite::WebSite(Farm& farm, const Rights& rights, const Expelled& expelled, Mem
       expelled_(expelled),
       members_(members),
       options_(std::move(options)),
-      pictures_(farm),
-      feed_(farm, rights, options_.lines, [this](const Visitor& who) { return is_admitted(who); }) {}
+      pictures_(farm.views()),
+      feed_(farm.views(), rights, options_.lines, [this](const Visitor& who) { return is_admitted(who); }) {}
 
 absl::StatusOr<std::string> WebSite::make_token(const Visitor& who, std::chrono::seconds life) {
   return logins_.make_token(who, life, Clock::now());
@@ -254,7 +257,7 @@ HttpAnswer WebSite::read(const HttpRequest& request, const Visitor& who) {
   if (request.path != "/api/job") return refusal(absl::NotFoundError("there is nothing here"));
   const std::string id = request.parameter("id");
   if (absl::Status status = rights_.check(who.caller, request.peer, id); !status.ok()) return refusal(status);
-  const absl::StatusOr<v1::GetJobResponse> job = farm_.get_job(id);
+  const absl::StatusOr<v1::GetJobResponse> job = farm_.views().get_job(id);
   if (!job.ok()) return refusal(job.status());
   return {.body = details_of(*job), .headers = {{"Cache-Control", "no-store"}}};
 }
@@ -317,9 +320,9 @@ HttpAnswer WebSite::change(const HttpRequest& request, const Visitor& who) {
   }
   const absl::Status status = outcome_of([&](std::promise<absl::Status>& done) {
     const auto told = [&done](const absl::StatusOr<v1::JobStatus>& job) { done.set_value(job.status()); };
-    if (action == "cancel") return farm_.cancel(id, told);
-    if (action == "retry") return farm_.retry(id, told, who.caller);
-    farm_.adjust(wanted, told, who.caller);
+    if (action == "cancel") return farm_.jobs().cancel(id, told);
+    if (action == "retry") return farm_.jobs().retry(id, told, who.caller);
+    farm_.jobs().adjust(wanted, told, who.caller);
   });
   if (!status.ok()) return refusal(status);
   telemetry::log(spdlog::level::info, {.job = id, .user = who.caller.user, .peer = request.peer},

@@ -21,6 +21,8 @@
 
 namespace tessera::server {
 
+class Farm;
+
 struct SiteOptions {
   bool encrypted = false;  // callers are known by certificates and logins; else everybody may do everything
   std::string version;     // version of the program, for people

@@ -10,6 +10,13 @@
 #include "fuzz/target.h"
 #include "scenario/simulated_disk.h"
 #include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_control.h"
+#include "service/farm/lease_seal.h"
+#include "service/farm/worker_leases.h"
+#include "service/farm/worker_registry.h"
+#include "store/blobs/blob_store.h"
+#include "store/journal.h"
 #include "wire/version.h"
 
 namespace tessera::fuzz {
@@ -84,16 +91,16 @@ void fill_disk(server::Disk& disk, std::vector<std::string> parts) {
 
 /// Calls of clients and workers to a farm that has started.
 void use(server::Farm& farm) {
-  const v1::ListJobsResponse jobs = farm.list_jobs();
+  const v1::ListJobsResponse jobs = farm.views().list_jobs();
   for (const v1::JobStatus& job : jobs.jobs()) {
-    static_cast<void>(farm.get_job(job.job_id()));
+    static_cast<void>(farm.views().get_job(job.job_id()));
     std::uint64_t after = 0;
     for (bool more = true; more;) {
-      const auto batch = farm.next_results(job.job_id(), after, /*status_only=*/false);
+      const auto batch = farm.views().next_results(job.job_id(), after, /*status_only=*/false);
       more = batch.ok() && batch->last > after;
       if (more) after = batch->last;
     }
-    farm.retry(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
+    farm.jobs().retry(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
   }
   v1::RegisterRequest registration;
   registration.set_protocol(wire::kProtocolVersion);
@@ -104,15 +111,15 @@ void use(server::Farm& farm) {
   registration.set_name("w");
   registration.set_host("h");
   registration.set_threads(2);
-  const auto worker = farm.register_worker(registration);
+  const auto worker = farm.workers().register_worker(registration);
   require(worker.ok(), "a farm that started takes no workers");
   v1::LeaseRequest lease;
   lease.set_worker_id(worker->worker_id());
   lease.set_max_units(8);
-  farm.lease(
+  farm.leases().lease(
       lease, {}, [] { return false; }, [](const absl::StatusOr<v1::LeaseResponse>&) {});
   for (const v1::JobStatus& job : jobs.jobs())
-    farm.cancel(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
+    farm.jobs().cancel(job.job_id(), [](const absl::StatusOr<v1::JobStatus>&) {});
 }
 
 bool accepts_journal(std::string_view bytes) {

@@ -7,8 +7,12 @@
 #include "absl/strings/str_split.h"
 #include "fuzz/target.h"
 #include "service/coordinator_impl.h"
+#include "service/farm/farm.h"
+#include "service/farm/job_submission.h"
 #include "service/rpc/blob_upload.h"
 #include "service/web/event_stream.h"
+#include "service/web/web_site.h"
+#include "store/blobs/blob_store.h"
 #include "unit/server/requests.h"
 
 namespace tessera::fuzz {
@@ -36,8 +40,8 @@ struct OneJob {
     request.set_request_id("1");
     *request.mutable_spec() = server::square_spec(chunk.data(), 32);
     std::promise<absl::StatusOr<std::string>> submitted;
-    coordinator->farm().submit(request,
-                               [&](absl::StatusOr<std::string> id) { submitted.set_value(std::move(id)); });
+    coordinator->farm().submission().submit(
+        request, [&](absl::StatusOr<std::string> id) { submitted.set_value(std::move(id)); });
     const absl::StatusOr<std::string> id = submitted.get_future().get();
     require(id.ok(), "the job is taken");
     job = *id;

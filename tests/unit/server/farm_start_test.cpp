@@ -6,6 +6,12 @@
 #include <future>
 
 #include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_submission.h"
+#include "service/farm/worker_leases.h"
+#include "service/farm/worker_registry.h"
+#include "store/blobs/blob_store.h"
+#include "store/journal.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/manual_clock.h"
 #include "unit/server/requests.h"
@@ -106,7 +112,7 @@ TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {
   ASSERT_TRUE(farm.ok()) << farm.status();
   EXPECT_FALSE(journal.committed_early());
   while (!journal.pruned()) clock.live_through(std::chrono::seconds{1});
-  EXPECT_TRUE((*farm)->list_jobs().jobs().empty());
+  EXPECT_TRUE((*farm)->views().list_jobs().jobs().empty());
 }
 
 TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
@@ -126,7 +132,7 @@ TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
   submission.set_request_id("request");
   *submission.mutable_spec() = square_spec(kScene, 64);
   std::promise<void> submitted;
-  (*farm)->submit(submission, [&](const absl::StatusOr<std::string>& id) {
+  (*farm)->submission().submit(submission, [&](const absl::StatusOr<std::string>& id) {
     EXPECT_TRUE(id.ok()) << id.status();
     submitted.set_value();
   });
@@ -137,9 +143,9 @@ TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
   std::future<int> firsts_units = first.get_future(), seconds_units = second.get_future();
   const auto lease = [&](const char* name, std::promise<int>& units) {
     v1::LeaseRequest request;
-    request.set_worker_id((*farm)->register_worker(registration(name))->worker_id());
+    request.set_worker_id((*farm)->workers().register_worker(registration(name))->worker_id());
     request.set_max_units(1);
-    (*farm)->lease(
+    (*farm)->leases().lease(
         request, {}, [] { return false; },
         [&units](const absl::StatusOr<v1::LeaseResponse>& response) {
           units.set_value(response->leases_size());

@@ -11,6 +11,15 @@
 #include <thread>
 
 #include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/farm/job_control.h"
+#include "service/farm/job_submission.h"
+#include "service/farm/unit_results.h"
+#include "service/farm/user_shares.h"
+#include "service/farm/worker_leases.h"
+#include "service/farm/worker_registry.h"
+#include "store/blobs/blob_store.h"
+#include "store/journal.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
 #include "wire/digest.h"
@@ -59,14 +68,15 @@ class FarmThreads : public testing::Test {
     request.set_request_id("request " + std::to_string(seed));
     *request.mutable_spec() = square_spec(kScene, 64);
     request.mutable_spec()->mutable_view()->set_seed(static_cast<std::uint64_t>(seed));
-    return answer_of<absl::StatusOr<std::string>>([&](auto done) { farm_->submit(request, done); });
+    return answer_of<absl::StatusOr<std::string>>(
+        [&](auto done) { farm_->submission().submit(request, done); });
   }
 
   /// Until the job is over: its results, each once.
   void watch(const std::string& id) {
     std::set<std::uint32_t> units;
     for (std::uint64_t after = 0; true; std::this_thread::yield()) {
-      const absl::StatusOr<WatchBatch> batch = farm_->next_results(id, after, /*status_only=*/false);
+      const absl::StatusOr<WatchBatch> batch = farm_->views().next_results(id, after, /*status_only=*/false);
       ASSERT_TRUE(batch.ok()) << batch.status();
       after = batch->last;
       for (const v1::UnitResult& result : batch->response.results()) {
@@ -75,13 +85,13 @@ class FarmThreads : public testing::Test {
       if (!batch->finished) continue;
       EXPECT_TRUE(units.size() == kJobUnits || batch->response.status().state() == v1::CANCELLED)
           << units.size();
-      farm_->note_fetched(id);
+      farm_->jobs().note_fetched(id);
       return;
     }
   }
 
   void work(const std::string& name, std::stop_token stop) {
-    const auto worker = farm_->register_worker(registration(name));
+    const auto worker = farm_->workers().register_worker(registration(name));
     ASSERT_TRUE(worker.ok()) << worker.status();
     v1::LeaseRequest request;
     request.set_worker_id(worker->worker_id());
@@ -89,7 +99,7 @@ class FarmThreads : public testing::Test {
     *request.mutable_max_wait() = TimeUtil::MillisecondsToDuration(100);
     while (!stop.stop_requested()) {
       const auto response = answer_of<absl::StatusOr<v1::LeaseResponse>>([&](auto done) {
-        farm_->lease(
+        farm_->leases().lease(
             request, {}, [] { return false; }, done);
       });
       if (absl::IsUnavailable(response.status())) return;  // the farm is stopping
@@ -97,10 +107,10 @@ class FarmThreads : public testing::Test {
       v1::HeartbeatRequest beat;
       beat.set_worker_id(worker->worker_id());
       for (const v1::Lease& lease : response->leases()) *beat.add_leases() = lease.token();
-      static_cast<void>(farm_->heartbeat(beat));
+      static_cast<void>(farm_->leases().heartbeat(beat));
       for (const v1::Lease& lease : response->leases()) complete(worker->worker_id(), lease);
     }
-    static_cast<void>(farm_->deregister(worker->worker_id()));
+    static_cast<void>(farm_->workers().deregister(worker->worker_id()));
   }
 
   /// The answer of a job that was cancelled meanwhile does not matter.
@@ -111,7 +121,7 @@ class FarmThreads : public testing::Test {
     request.set_payload(payload_for(lease.unit()));
     *request.mutable_stats()->mutable_wall_time() = TimeUtil::MillisecondsToDuration(3);
     static_cast<void>(answer_of<absl::StatusOr<v1::CompleteResponse>>(
-        [&](auto done) { farm_->complete(request, {}, done); }));
+        [&](auto done) { farm_->results().complete(request, {}, done); }));
   }
 
   std::unique_ptr<Journal> journal_;
@@ -126,10 +136,10 @@ TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
   }
   workers.emplace_back([this](std::stop_token stop) {  // somebody who looks on
     while (!stop.stop_requested()) {
-      const v1::ListJobsResponse jobs = farm_->list_jobs();
-      for (const v1::JobStatus& job : jobs.jobs()) static_cast<void>(farm_->get_job(job.job_id()));
-      static_cast<void>(farm_->list_workers());
-      farm_->note_upload(wire::sha256_hex(kScene), 1);
+      const v1::ListJobsResponse jobs = farm_->views().list_jobs();
+      for (const v1::JobStatus& job : jobs.jobs()) static_cast<void>(farm_->views().get_job(job.job_id()));
+      static_cast<void>(farm_->views().list_workers());
+      farm_->shares().note_upload(wire::sha256_hex(kScene), 1);
       std::this_thread::yield();
     }
   });
@@ -140,7 +150,7 @@ TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
         ASSERT_TRUE(id.ok()) << id.status();
         if (client == 2 && i % 2 == 1) {
           static_cast<void>(
-              answer_of<absl::StatusOr<v1::JobStatus>>([&](auto done) { farm_->cancel(*id, done); }));
+              answer_of<absl::StatusOr<v1::JobStatus>>([&](auto done) { farm_->jobs().cancel(*id, done); }));
         }
         watch(*id);
       }
@@ -148,7 +158,7 @@ TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
   }
   clients.clear();  // joins
   workers.clear();
-  const v1::ListJobsResponse jobs = farm_->list_jobs();
+  const v1::ListJobsResponse jobs = farm_->views().list_jobs();
   for (const v1::JobStatus& job : jobs.jobs()) {
     EXPECT_TRUE(job.state() == v1::DONE || job.state() == v1::CANCELLED) << job.job_id();
   }

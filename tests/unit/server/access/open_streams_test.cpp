@@ -8,6 +8,7 @@
 
 #include "net/channel.h"
 #include "service/coordinator_impl.h"
+#include "service/rpc/open_streams.h"
 #include "unit/server/coordinator_fixture.h"
 #include "wire/digest.h"
 #include "wire/limits.h"

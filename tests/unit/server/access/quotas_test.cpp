@@ -7,7 +7,10 @@
 #include <limits>
 
 #include "service/farm/farm.h"
+#include "service/farm/job_control.h"
+#include "service/farm/job_submission.h"
 #include "service/farm/unclaimed_uploads.h"
+#include "service/farm/user_shares.h"
 #include "service/job/user_blobs.h"
 #include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
@@ -47,7 +50,7 @@ class QuotasTest : public CoordinatorTest {
     request.mutable_spec()->mutable_farm()->set_user(who.user);
     request.mutable_spec()->mutable_farm()->set_priority(priority);
     std::promise<absl::StatusOr<std::string>> done;
-    farm().submit(
+    farm().submission().submit(
         request, [&](absl::StatusOr<std::string> id) { done.set_value(std::move(id)); }, who);
     return done.get_future().get();
   }
@@ -56,24 +59,24 @@ class QuotasTest : public CoordinatorTest {
     request.set_job_id(job);
     request.set_priority(priority);
     std::promise<absl::Status> done;
-    farm().adjust(
+    farm().jobs().adjust(
         request, [&](const absl::StatusOr<v1::JobStatus>& status) { done.set_value(status.status()); }, who);
     return done.get_future().get();
   }
   absl::Status retry(const std::string& job, const Caller& who) {
     std::promise<absl::Status> done;
-    farm().retry(
+    farm().jobs().retry(
         job, [&](const absl::StatusOr<v1::JobStatus>& status) { done.set_value(status.status()); }, who);
     return done.get_future().get();
   }
   void cancel(const std::string& job) {
     std::promise<void> done;
-    farm().cancel(job, [&](const absl::StatusOr<v1::JobStatus>&) { done.set_value(); });
+    farm().jobs().cancel(job, [&](const absl::StatusOr<v1::JobStatus>&) { done.set_value(); });
     done.get_future().get();
   }
   void erase(const std::string& job) {
     std::promise<absl::Status> done;
-    farm().delete_job(job, [&](const absl::Status& status) { done.set_value(status); });
+    farm().jobs().delete_job(job, [&](const absl::Status& status) { done.set_value(status); });
     EXPECT_TRUE(done.get_future().get().ok());
   }
   /// Does the job but for its last unit, which fails until it is set aside.
@@ -189,13 +192,14 @@ TEST_F(QuotasTest, UploadsCountAgainstWhoeverSendsThem) {
     ref.set_size_bytes(size);
     return ref;
   };
-  EXPECT_TRUE(farm().begin_upload(blob("one", 10), kAlice).ok());
-  EXPECT_TRUE(farm().begin_upload(blob("one", 10), kAlice).ok()) << "it goes on";
-  EXPECT_TRUE(absl::IsResourceExhausted(farm().begin_upload(blob("two", 6), kAlice)));
-  EXPECT_TRUE(farm().begin_upload(blob("two", 6), kBob).ok());
-  EXPECT_TRUE(farm().begin_upload(blob("three", 1000), kAdmin).ok());
+  EXPECT_TRUE(farm().shares().begin_upload(blob("one", 10), kAlice).ok());
+  EXPECT_TRUE(farm().shares().begin_upload(blob("one", 10), kAlice).ok()) << "it goes on";
+  EXPECT_TRUE(absl::IsResourceExhausted(farm().shares().begin_upload(blob("two", 6), kAlice)));
+  EXPECT_TRUE(farm().shares().begin_upload(blob("two", 6), kBob).ok());
+  EXPECT_TRUE(farm().shares().begin_upload(blob("three", 1000), kAdmin).ok());
   EXPECT_FALSE(submit_as(kAlice, 0, "six b.").ok()) << "what was uploaded counts with what is submitted";
-  EXPECT_TRUE(farm().begin_upload(blob("one", 10), kBob).code() == absl::StatusCode::kResourceExhausted);
+  EXPECT_TRUE(farm().shares().begin_upload(blob("one", 10), kBob).code() ==
+              absl::StatusCode::kResourceExhausted);
 }
 
 TEST(QuotaOptions, AreNumbersForAllAndForSingleUsers) {

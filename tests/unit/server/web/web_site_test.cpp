@@ -11,6 +11,9 @@
 #include <nlohmann/json.hpp>
 
 #include "service/coordinator_impl.h"
+#include "service/farm/farm.h"
+#include "service/farm/farm_views.h"
+#include "service/job/job_table.h"
 #include "unit/server/coordinator_fixture.h"
 
 namespace tessera::server {
@@ -122,7 +125,7 @@ TEST_F(WebSiteTest, GivesPixelsOfResults) {
   const std::string id = submit(job_spec());
   const std::string worker = register_worker();
   const v1::LeaseResponse leases = lease(worker, 4);
-  const auto shape = coordinator_->farm().shape_of(id);
+  const auto shape = coordinator_->farm().views().shape_of(id);
   ASSERT_TRUE(shape.ok());
   std::map<std::string, std::string> part{{"job", id}, {"layer", "samples"}, {"level", "0"}, {"x0", "0"},
                                           {"y0", "0"}, {"x1", "1"},          {"y1", "1"}};
@@ -171,9 +174,9 @@ TEST_F(WebSiteTest, ReadsFinerLevelsOfLargeFramesFromResults) {
   ASSERT_EQ(leases.leases_size(), 1);
   const v1::PixelRect done = leases.leases(0).unit().tile().pixels();
   ASSERT_TRUE(complete(worker, leases.leases(0), payload_for(leases.leases(0).unit())).ok());
-  ShownPicture picture{coordinator_->farm(),
+  ShownPicture picture{coordinator_->farm().views(),
                        id,
-                       *coordinator_->farm().shape_of(id),
+                       *coordinator_->farm().views().shape_of(id),
                        {.name = "samples", .kind = PictureLayer::Kind::kSamples, .channels = {}}};
   while (picture.follow(std::chrono::steady_clock::time_point::max())) continue;
   EXPECT_EQ(Picture::level_for(picture.area()), 3u) << "2048 x 2048 pixels of it are kept";
@@ -195,14 +198,14 @@ TEST_F(WebSiteTest, ReadsFinerLevelsOfLargeFramesFromResults) {
 TEST_F(WebSiteTest, BoundsTheMemoryOfPicturesThatAreLookedAt) {
   const std::string id = submit(job_spec());
   const PixelArea area{0, 0, 32, 32};
-  const auto shape = coordinator_->farm().shape_of(id);
+  const auto shape = coordinator_->farm().views().shape_of(id);
   ASSERT_TRUE(shape.ok());
   const std::vector<PictureLayer> layers = layers_of((*shape)->channels, /*has_pilot=*/false);
   const auto bytes = [&](const char* name) {
     return Picture::bytes_for(area, *std::ranges::find(layers, name, &PictureLayer::name));
   };
   EXPECT_EQ(bytes("color"), 4 * sizeof(float) * 32 * 32) << "weights and three sums";
-  Pictures pictures{coordinator_->farm(), bytes("color") + bytes("samples")};
+  Pictures pictures{coordinator_->farm().views(), bytes("color") + bytes("samples")};
   auto color = pictures.open(id, "color");
   auto samples = pictures.open(id, "samples");
   ASSERT_TRUE(color.ok() && samples.ok());
@@ -228,8 +231,11 @@ TEST(WebSiteWithCertificates, ServesThoseWhoLoggedInWithTheirRights) {
   options.takes_messages = false;
   const auto coordinator = *Coordinator::start(options);
   Farm& farm = coordinator->farm();
-  WebSite site{
-      farm, Rights{farm, /*share_jobs=*/false}, *expelled, *members, {.encrypted = true, .version = "0"}};
+  WebSite site{farm,
+               Rights{farm.views(), /*share_jobs=*/false},
+               *expelled,
+               *members,
+               {.encrypted = true, .version = "0"}};
   const auto ask = [&](const std::string& path, const std::string& session) {
     HttpRequest request = request_for("GET", path);
     request.cookie = "other=1; tessera-session=" + session;
