@@ -1,5 +1,6 @@
-// The real scheduler and a journal, put together as the coordinator does it (server/service/farm/farm_core.cpp),
-// but on one thread, one step at a time: so a test can let it die between any two of them.
+// The real scheduler and a journal, put together as the coordinator does it
+// (server/service/farm/farm_core.cpp), but on one thread, one step at a time: so a test can let it die
+// between any two of them.
 #pragma once
 
 #include <functional>

@@ -30,8 +30,8 @@ void log_lease(level_enum level, const std::string& worker, const v1::LeaseToken
       "worker {}, unit {}{} of job {}: {}", worker, token.unit_index(), run, token.job_id(), text);
 }
 
-/// Each kind of news with its line; other kinds have none.
-struct Lines {
+/// Writes the line of each kind of news; other kinds have none.
+struct LineWriter {
   template <class Other>
   void operator()(const Other&) const {}
 
@@ -138,6 +138,6 @@ struct Lines {
 
 }  // namespace
 
-void FarmLog::note(const FarmNews& news) { std::visit(Lines{}, news); }
+void FarmLog::note(const FarmNews& news) { std::visit(LineWriter{}, news); }
 
 }  // namespace tessera::server

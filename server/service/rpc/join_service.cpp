@@ -16,7 +16,7 @@
 namespace tessera::server {
 namespace {
 
-using Clock = std::chrono::system_clock;
+using WallClock = std::chrono::system_clock;
 
 // Requests are small, and so is what strangers may take of the coordinator.
 constexpr int kMaxMessageBytes = 16 << 10;
@@ -123,12 +123,12 @@ absl::StatusOr<std::unique_ptr<JoinServer>> JoinServer::start(const JoinOptions&
 JoinServer::~JoinServer() {
   if (server_ == nullptr) return;
   listener_->stop();
-  server_->Shutdown(Clock::now() + kJoinGrace);
+  server_->Shutdown(WallClock::now() + kJoinGrace);
   server_->Wait();
 }
 
 absl::StatusOr<std::string> JoinServer::make_token(std::chrono::seconds life, std::uint32_t uses) {
-  absl::StatusOr<std::string> secret = tokens_.make(life, uses, Clock::now());
+  absl::StatusOr<std::string> secret = tokens_.make(life, uses, WallClock::now());
   if (!secret.ok()) return secret.status();
   return net::JoinToken{.port = static_cast<std::uint16_t>(port()),
                         .authority_digest = authority()->digest(),
@@ -155,7 +155,7 @@ absl::StatusOr<std::string> JoinServer::join(const v1::JoinRequest& request, con
   if (request.secret().size() > kMaxSecretBytes || request.request_pem().size() > kMaxRequestBytes) {
     return absl::InvalidArgumentError("the secret or the request is too long");
   }
-  const auto now = Clock::now();
+  const auto now = WallClock::now();
   const absl::StatusOr<std::string> name = name_for(request);
   if (!name.ok()) return name.status();
   // Made before the token is used up, handed out only after.
