@@ -51,7 +51,7 @@ constexpr int kManySamples = 1 << 18;  // needed where weights are far from 1, a
 /// between the table's nodes it is off: measured with 2^18 and 2^20 points, by 0.28 % at most where the
 /// roughness is the same along x and y, and by 1.18 % where it is not (thirteen rows from one to the other).
 double table_error(const BsdfCase& bsdf) {
-  if (!(bsdf.flags & render::kBalanced)) return 0;
+  if (!(bsdf.variants & render::kBalanced)) return 0;
   return bsdf.scalar(0) == bsdf.scalar(1) ? 3e-3 : 1.2e-2;
 }
 
@@ -59,7 +59,7 @@ TEST(BsdfEnergy, NothingIsCreated) {
   for (const BsdfCase& bsdf : all_cases()) {
     for (const Direction& wo : all_wo()) {
       SCOPED_TRACE(bsdf.name + ", cos(theta_o) = " + std::to_string(wo[2]));
-      const int samples = bsdf.flags & render::kBalanced ? kManySamples : 1 << 14;
+      const int samples = bsdf.variants & render::kBalanced ? kManySamples : 1 << 14;
       const Albedo albedo = albedo_of(bsdf, wo, samples);
       const double tolerance = even_error(samples, albedo.deviation) + table_error(bsdf);
       for (const double a : albedo.mean) {
@@ -219,11 +219,12 @@ TEST(BsdfEnergy, MultipleScatteringLosesNothing) {
     }
   }
   for (const float alpha : {0.05f, 0.37f, 0.71f}) {
-    const std::int32_t textured = render::kBalanced | render::kHasTextures;
-    EXPECT_NEAR(mean_albedo(conductor(alpha, alpha, {0, 0, 0}, {3, 3, 3}, textured), false), 1, 2e-3)
-        << alpha;
-    EXPECT_NEAR(mean_albedo(dielectric(alpha, alpha, 1.5f, textured), false), 1, 2e-3) << alpha;
-    EXPECT_NEAR(mean_albedo(dielectric(alpha, alpha, 1.5f, textured), true), 1, 4e-3) << alpha;
+    const BsdfCase metal =
+        conductor(alpha, alpha, {0, 0, 0}, {3, 3, 3}, render::kBalanced, render::kHasTextures);
+    const BsdfCase glass = dielectric(alpha, alpha, 1.5f, render::kBalanced, render::kHasTextures);
+    EXPECT_NEAR(mean_albedo(metal, false), 1, 2e-3) << alpha;
+    EXPECT_NEAR(mean_albedo(glass, false), 1, 2e-3) << alpha;
+    EXPECT_NEAR(mean_albedo(glass, true), 1, 4e-3) << alpha;
   }
 }
 

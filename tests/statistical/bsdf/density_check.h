@@ -114,7 +114,7 @@ inline double expect_samples_follow_pdf(const BsdfCase& bsdf, const Direction& w
   });
   // Beckmann's densities are wrong by one factor for each wo: the masking of wo is an approximation to 0.35
   // %.
-  const bool approximate = (bsdf.flags & render::kBeckmann) != 0;
+  const bool approximate = (bsdf.variants & render::kBeckmann) != 0;
   const double sum = partition.total() + static_cast<double>(without_density) / kEvenSamples;
   EXPECT_NEAR(sum, 1, kIntegralTolerance + (approximate ? 3.5e-3 : 0));
 

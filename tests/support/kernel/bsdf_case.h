@@ -90,19 +90,21 @@ class BsdfCase {
   using Color = std::array<float, 3>;
 
   BsdfCase(std::string case_name, render::BsdfKind bsdf_kind, Color spectrum0 = {}, Color spectrum1 = {},
-           std::vector<float> scalars = {}, std::int32_t material_flags = 0, std::vector<float> extended = {})
+           std::vector<float> scalars = {}, std::int32_t material_variants = 0,
+           std::vector<float> extended = {}, std::int32_t material_flags = 0)
       : name(std::move(case_name)),
         kind(bsdf_kind),
         flags(material_flags),
+        variants(material_variants),
         spectra_{spectrum0, spectrum1},
         scalars_(std::move(scalars)),
         extended_(std::move(extended)) {
     scalars_.resize(render::kMaterialScalars);
     extended_.resize(render::kExtendedScalars);
     if (kind == render::BsdfKind::kCoatedDiffuse) render::append_coat_table(scalars_[2], 0, table_);
-    const bool beckmann = (flags & render::kBeckmann) != 0,
-               separable = (flags & render::kSeparableMasking) != 0;
-    if (flags & render::kBalanced) {
+    const bool beckmann = (variants & render::kBeckmann) != 0,
+               separable = (variants & render::kSeparableMasking) != 0;
+    if (variants & render::kBalanced) {
       const bool textured = (flags & render::kHasTextures) != 0;
       render::append_balance_table(
           {textured ? 0 : scalars_[0], textured ? 0 : scalars_[1], textured, beckmann, separable,
@@ -120,6 +122,7 @@ class BsdfCase {
   std::string name;
   render::BsdfKind kind;
   std::int32_t flags;  // render::MaterialFlags
+  std::int32_t variants;
   kernel::Transport transport = kernel::Transport::kRadiance;
   Color extended_color{0.9f, 0.5f,
                        0.2f};  // tint of conductors with kTinted; sheen of glTF, and its light behind
@@ -141,6 +144,8 @@ class BsdfCase {
     for (int s = 0; s < render::kMaterialScalars; ++s) params.scalars[s] = scalar(s);
     params.flags = kernel::Int(flags);
     params.some_flags = flags;
+    params.variants = kernel::Int(variants);
+    params.some_variants = variants;
     for (kernel::Spectrum& tint : params.extended_spectra) {
       for (int c = 0; c < kernel::kSpectrumLanes; ++c)
         tint.c[c] = extended_color[static_cast<std::size_t>(c % 3)];

@@ -1,7 +1,7 @@
 // glTF's layers.
 #pragma once
 
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "support/kernel/bsdf_case.h"
 
 namespace tessera::test {
@@ -26,10 +26,11 @@ inline BsdfCase gltf(const std::string& what, const GltfParameters& p) {
                 p.base,
                 p.specular_color,
                 {p.roughness, p.anisotropic, p.eta},
-                (p.volume ? render::kHasInside : 0) | (p.anisotropic > 0 ? render::kAnisotropic : 0) |
-                    (further ? render::kUsesFurther : 0) | (p.film > 0 ? render::kPrepared : 0),
+                0,
                 {p.metallic, p.transmission, p.specular, p.coat, p.coat_roughness, p.sheen_roughness,
-                 p.rotation, p.behind}};
+                 p.rotation, p.behind},
+                (p.volume ? render::kHasInside : 0) | (p.anisotropic > 0 ? render::kAnisotropic : 0) |
+                    (further ? render::kUsesFurther : 0) | (p.film > 0 ? render::kPrepared : 0)};
   bsdf.further[render::slot::kFilm] = p.film;
   bsdf.further[render::slot::kFilmEta] = p.film_eta;
   bsdf.further[render::slot::kFilmThickness] = p.film_nm;

@@ -9,32 +9,38 @@ namespace tessera::test {
 inline constexpr BsdfCase::Color kCopperEta{0.20f, 0.92f, 1.10f}, kCopperK{3.91f, 2.45f, 2.14f};
 
 /// "beckmann", "separable" and so on.
-inline std::string names_of(std::int32_t flags) {
+inline std::string names_of(std::int32_t variants, std::int32_t flags = 0) {
   std::string names;
-  if (flags & render::kBeckmann) names += " beckmann";
-  if (flags & render::kSeparableMasking) names += " separable";
-  if (flags & render::kTinted) names += " tinted";
-  if (flags & render::kNonlinear) names += " nonlinear";
-  if (flags & render::kBalanced) names += " balanced";
+  if (variants & render::kBeckmann) names += " beckmann";
+  if (variants & render::kSeparableMasking) names += " separable";
+  if (variants & render::kTinted) names += " tinted";
+  if (variants & render::kNonlinear) names += " nonlinear";
+  if (variants & render::kBalanced) names += " balanced";
   if (flags & render::kHasTextures) names += " textured";
   return names;
 }
 
 inline BsdfCase conductor(float alpha_x, float alpha_y, BsdfCase::Color eta = kCopperEta,
-                          BsdfCase::Color k = kCopperK, std::int32_t flags = 0) {
-  return {"conductor " + number(alpha_x) + " " + number(alpha_y) + names_of(flags),
+                          BsdfCase::Color k = kCopperK, std::int32_t variants = 0, std::int32_t flags = 0) {
+  return {"conductor " + number(alpha_x) + " " + number(alpha_y) + names_of(variants, flags),
           render::BsdfKind::kConductor,
           eta,
           k,
           {alpha_x, alpha_y},
+          variants,
+          {},
           flags};
 }
-inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta, std::int32_t flags = 0) {
-  return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta) + names_of(flags),
+inline BsdfCase dielectric(float alpha_x, float alpha_y, float eta, std::int32_t variants = 0,
+                           std::int32_t flags = 0) {
+  return {"dielectric " + number(alpha_x) + " " + number(alpha_y) + " eta " + number(eta) +
+              names_of(variants, flags),
           render::BsdfKind::kDielectric,
           {0.7f, 0.9f, 0.2f},  // used with kTinted
           {0.7f, 0.5f, 1.0f},
           {alpha_x, alpha_y, eta},
+          variants,
+          {},
           flags};
 }
 inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta,
@@ -45,14 +51,14 @@ inline BsdfCase coated_diffuse(float alpha_x, float alpha_y, float eta,
           {},
           {alpha_x, alpha_y, eta}};
 }
-inline BsdfCase plastic(float alpha, float eta, std::int32_t flags,
+inline BsdfCase plastic(float alpha, float eta, std::int32_t variants,
                         BsdfCase::Color rho = {0.8f, 0.4f, 0.1f}) {
-  return {"plastic " + number(alpha) + " eta " + number(eta) + names_of(flags),
+  return {"plastic " + number(alpha) + " eta " + number(eta) + names_of(variants),
           render::BsdfKind::kPlastic,
           rho,
           {1.0f, 0.5f, 0.8f},
           {alpha, alpha, eta},
-          flags};
+          variants};
 }
 
 /// From one end of their parameters to the other.
@@ -73,15 +79,15 @@ inline std::vector<BsdfCase> microfacet_cases() {
     cases.push_back(coated_diffuse(0.2f, 0.2f, eta));
   }
   constexpr std::int32_t kMitsuba = render::kBeckmann | render::kSeparableMasking;
-  for (const std::int32_t flags :
+  for (const std::int32_t variants :
        {kMitsuba, std::int32_t{render::kSeparableMasking}, std::int32_t{render::kBeckmann}}) {
     for (const auto& [x, y] :
          {std::array{0.02f, 0.02f}, std::array{0.3f, 0.3f}, std::array{1.0f, 1.0f}, std::array{0.1f, 0.5f}}) {
-      cases.push_back(conductor(x, y, kCopperEta, kCopperK, flags | render::kTinted));
-      cases.push_back(dielectric(x, y, 1.5f, flags | render::kTinted));
-      if (x == y) cases.push_back(plastic(x, 1.5f, flags));
+      cases.push_back(conductor(x, y, kCopperEta, kCopperK, variants | render::kTinted));
+      cases.push_back(dielectric(x, y, 1.5f, variants | render::kTinted));
+      if (x == y) cases.push_back(plastic(x, 1.5f, variants));
     }
-    cases.push_back(dielectric(0.2f, 0.2f, 1 / 1.5f, flags));
+    cases.push_back(dielectric(0.2f, 0.2f, 1 / 1.5f, variants));
   }
   // With multiple scattering between the facets.
   for (const auto& [x, y] :
@@ -91,7 +97,7 @@ inline std::vector<BsdfCase> microfacet_cases() {
   }
   cases.push_back(
       conductor(0.4f, 0.4f, kCopperEta, kCopperK, kMitsuba | render::kBalanced | render::kTinted));
-  cases.push_back(dielectric(0.4f, 0.4f, 1.5f, render::kBalanced | render::kHasTextures));
+  cases.push_back(dielectric(0.4f, 0.4f, 1.5f, render::kBalanced, render::kHasTextures));
   cases.push_back(plastic(0, 1.5f, 0));
   cases.push_back(plastic(0, 1.9f, render::kNonlinear));
   return cases;

@@ -16,9 +16,10 @@ inline BsdfCase principled(const std::string& what, const PrincipledParameters& 
           {0.8f, 0.5f, 0.2f},
           {},
           {p.roughness, p.anisotropic, p.eta},
-          render::kSeparableMasking | (!thin && p.spec_trans > 0 ? render::kHasInside : 0),
+          render::kSeparableMasking,
           {p.metallic, p.spec_trans, p.spec_tint, p.sheen, p.sheen_tint, p.flatness, p.clearcoat,
-           p.clearcoat_gloss, p.diff_trans}};
+           p.clearcoat_gloss, p.diff_trans},
+          !thin && p.spec_trans > 0 ? render::kHasInside : 0};
 }
 
 /// All lobes, and single ones.

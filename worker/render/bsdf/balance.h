@@ -19,7 +19,7 @@ class Balance {
  public:
   /// For the roughness of the microfacets.
   TESSERA_INLINE Balance(const BsdfParams& params, Mask lanes)
-      : lanes_(lanes & params.with(kBalanced)),
+      : lanes_(lanes & params.of_variant(kBalanced)),
         table_(params.coat_tables),
         offset_(params.coat_table),
         first_(gather(table_ + kBalanceFirst, offset_, lanes_)),

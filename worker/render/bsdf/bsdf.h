@@ -6,9 +6,10 @@
 // below the surface.
 #pragma once
 
+#include "render/bsdf/kinds.h"
 #include "render/bsdf/material_table.h"
-#include "render/bsdf/slots.h"
 #include "render/color/spectrum.h"
+#include "render/core/model_table.h"
 #include "render/core/texture_point.h"
 #include "render/core/vec.h"
 
@@ -29,8 +30,9 @@ struct BsdfParams {
   const float* coat_tables;  // MaterialTable::coat_tables.data()
   const float* film_table;   // MaterialTable::film_table.data()
   Int flags;                 // MaterialFlags
-  std::int32_t
-      some_flags;  // all that some lane has, of whatever kind: models look at their variants only where set
+  Int variants;              // of each lane's kind (kinds.h)
+  // All that some lane has, of whatever kind: models look at their variants only where set.
+  std::int32_t some_flags, some_variants;
   // With kUsesExtended
   Spectrum extended_spectra[kExtendedSpectra];
   Float extended[kExtendedScalars];
@@ -41,7 +43,9 @@ struct BsdfParams {
   FilmMeans film;     // prepared
 
   /// Lanes that have `flag`.
-  TESSERA_INLINE Mask with(std::int32_t flag) const { return (flags & flag) != 0; }
+  TESSERA_INLINE Mask with(MaterialFlags flag) const { return (flags & flag) != 0; }
+  /// Lanes that are of this variant.
+  TESSERA_INLINE Mask of_variant(std::int32_t variant) const { return (variants & variant) != 0; }
 };
 
 /// Quantity that a path carries: radiance if it comes from the eye, importance (the flux of light particles)
@@ -87,7 +91,7 @@ class Bsdf {
   explicit constexpr Bsdf(std::int32_t model_traits = 0) : traits(model_traits) {}
   virtual ~Bsdf() = default;
 
-  /// Those MaterialFlags that hold whatever the parameters are.
+  /// BsdfTraits: what holds whatever the parameters are.
   const std::int32_t traits;
 
   /// Value and density. Lanes that are not active may hold anything, and give anything.
@@ -115,8 +119,11 @@ class Bsdf {
 /// The model of a kind; null for kMix, which is not asked.
 const Bsdf* bsdf_model(BsdfKind kind);
 
-/// Adds a model that is not among those of models.cpp; materials of the kind returned have it. Before
-/// anything is rendered: not thread-safe.
+/// ModelOf calls this.
+void set_model(BsdfKind kind, const Bsdf& model);
+
+/// Adds a model that has no kind of its own; materials of the kind returned have it. Before anything is
+/// rendered: not thread-safe.
 BsdfKind add_bsdf(const Bsdf& model);
 
 }  // namespace tessera::render::TESSERA_ISA

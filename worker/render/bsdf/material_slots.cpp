@@ -58,6 +58,12 @@ void load_constants(const MaterialTable& materials, Int record, Mask active, Bsd
     return spectrum_of([&](int band) { return row.c[band]; });
   };
   const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
+  params.variants = Int(0);
+  params.some_variants = 0;
+  if (some_use(kUsesVariants)) {
+    params.variants = gather(&records->variants, record * kStride, active);
+    params.some_variants = any_of(params.variants, active);
+  }
   params.spectra[0] = spectrum_at(records->spectra[0]);
   if (some_use(kUsesSecondSpectrum)) params.spectra[1] = spectrum_at(records->spectra[1]);
   if (some_use(kUsesAlphas)) {
@@ -73,6 +79,8 @@ void load_constants(const MaterialTable& materials, Int record, Mask active, Bsd
 
 /// The same for lanes that all have one material.
 void load_constants(const MaterialRecord& material, BsdfParams& params) {
+  params.variants = Int(material.variants);
+  params.some_variants = material.variants;
   for (int i = 0; i < kMaterialSpectra; ++i) {
     params.spectra[i] = spectrum_of(material.spectra[i].value);
   }

@@ -6,8 +6,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// Fills `params` with the flags and constants of the active lanes' records. `common` is the record of all of
-/// them, null where they differ.
+/// Fills `params` with the flags, variants and constants of the active lanes' records. `common` is the record
+/// of all of them, null where they differ.
 void load_constants(const MaterialTable& materials, Int record, const MaterialRecord* common, Int flags,
                     Mask active, BsdfParams& params);
 

@@ -4,74 +4,52 @@
 #include <cstdint>
 #include <vector>
 
+#include "render/bsdf/kinds.h"
 #include "render/color/bands.h"
 
 namespace tessera::render {
 
-/// The models of bsdf/models.cpp, in its order; kinds from kCount on are those that add_bsdf() gives.
-enum class BsdfKind : std::int32_t {
-  kInterface,  // nothing there: paths go straight on
-  kDiffuse,
-  kConductor,
-  kDielectric,
-  kThinDielectric,
-  kCoatedDiffuse,
-  kDiffuseTransmission,
-  kPlastic,
-  kCoatedConductor,
-  kHair,
-  kPrincipled,
-  kPrincipledThin,
-  kPhong,
-  kGltf,
-  kMix,  // resolved into its two parts before any BSDF is asked
-  kCount
+/// Bits of MaterialRecord::flags: what a material is, for all who meet it. What holds for all materials of a
+/// model is apart (BsdfTraits), and so is what a model alone asks for (bsdf/kinds.h).
+enum MaterialFlags : std::int32_t {
+  kAllDelta = 1 << 0,     // no light can be sampled towards it
+  kHasTextures = 1 << 1,  // some slot is textured
+  kHasBump = 1 << 2,      // bump_texture or normal_texture is set
+  kAnisotropic = 1 << 3,  // needs a shading frame along dp/du
+  kRemapAlpha = 1 << 4,   // textured alphas are pbrt roughnesses: alpha = sqrt(value)
+  kPrepared = 1 << 5,     // Bsdf::prepare() completes the slots once textures are looked up
+  // Parts of the record that the model reads besides spectra[0]; the rest is not even fetched.
+  kUsesSecondSpectrum = 1 << 6,  // spectra[1]
+  kUsesAlphas = 1 << 7,          // scalars[0] and [1]
+  kUsesEta = 1 << 8,             // scalars[2] and coat_table
+  kUsesExtended = 1 << 9,        // the ExtendedRecord
+  kUsesFurther = 1 << 10,        // with kUsesExtended: its further slots
+  kUsesVariants = 1 << 11,       // variants is not 0
+  // The two sides.
+  kHasInside = 1 << 12,  // light gets through, so that below the surface is not as above
+  kOneSided = 1 << 13,   // black when seen from behind
+  kHasBack = 1 << 14,    // MaterialRecord::back is what is seen from behind
+  // For the integrator alone.
+  kHasOpacity = 1 << 15,  // `opacity` may be below 1
+  kPassesStraight =
+      1 << 16,       // Bsdf::passing(): what goes straight through is not scattered in volumetric scenes
+  kMixed = 1 << 17,  // mix_a and mix_b; of an Interaction: it has a second part
+  kBendsSoftly = 1 << 18,  // with kHasBump: Material::bends_softly
+  // For those that look at a scene as a whole, before it is rendered.
+  kHasDeltaLobe = 1 << 19,  // a mirror, clear glass, or a clear coat over something else
+  kTransmits = 1 << 20,     // scatters light to the other side, whatever its parameters are
+  kSheet = 1 << 21,         // without thickness: Material::one_sided says nothing of it
+  kDiffuseBase = 1 << 22    // spectra[slot::kReflectance] is of a diffuse base
 };
 
-/// The kind of a surface that is not there.
-inline constexpr BsdfKind kNoSurface = BsdfKind::kInterface;
-
-/// Bits of MaterialRecord::flags.
-enum MaterialFlags : std::int32_t {
-  kAllDelta = 1,     // no light can be sampled towards it
-  kHasTextures = 2,  // some slot is textured
-  kHasBump = 4,      // bump_texture or normal_texture is set
-  kAnisotropic = 8,  // needs a shading frame along dp/du
-  kRemapAlpha = 16,  // textured alphas are pbrt roughnesses: alpha = sqrt(value)
-  kPrepared = 32,    // Bsdf::prepare() completes the slots once textures are looked up
-  // Slots that the model reads besides spectra[0]; the rest is not even fetched.
-  kUsesSecondSpectrum = 64,  // spectra[1]
-  kUsesAlphas = 128,         // scalars[0] and [1]
-  kUsesEta = 256,            // scalars[2] and coat_table
-  kUsesExtended = 512,       // the ExtendedRecord
-  // Variants of the models.
-  kBeckmann = 1 << 10,          // microfacets of Beckmann's distribution instead of GGX
-  kSeparableMasking = 1 << 11,  // masking and shadowing multiply instead of being correlated by height
-  kTinted = 1 << 12,            // the tints among the slots are not all 1
-  kNonlinear = 1 << 13,         // PlasticMaterial::nonlinear
-  kHasInside = 1 << 14,  // kPrincipled, kGltf: light gets through, so that below the surface is not as above
-  kUsesFurther = 1 << 15,      // with kUsesExtended: its further slots
-  kHairReflectance = 1 << 16,  // kHair: spectra[0] is the colour of much hair, not its absorption
-  // The two sides.
-  kOneSided = 1 << 17,  // black when seen from behind
-  kHasBack = 1 << 18,   // MaterialRecord::back is what is seen from behind
-  // For the integrator alone.
-  kHasOpacity = 1 << 19,  // `opacity` may be below 1
-  kPassesStraight =
-      1 << 20,       // Bsdf::passing(): what goes straight through is not scattered in volumetric scenes
-  kMixed = 1 << 21,  // mix_a and mix_b; of an Interaction: it has a second part
-  kBendsSoftly = 1 << 22,  // with kHasBump: Material::bends_softly
-  // Further variants of the models.
-  kBlinn = 1 << 26,       // kPhong: the lobe is of the half vector
-  kMirrorLobe = 1 << 27,  // kPhong: the lobe is a mirror
-  kBalanced = 1 << 23,    // Roughness::multiple_scattering; coat_table is of bsdf/tables/balance_table.h
-  // Flags that hold for all materials of a model (Bsdf::traits): put beside a material's own flags when it is
-  // loaded.
-  kReflectsOnly = 1 << 24,  // light is scattered back to the side of wo alone
-  kLambertian = 1 << 28,    // light is scattered back evenly: f is the same for all directions of that side
-  kAllDiffuse = 1 << 30,    // all lobes but delta ones are diffuse, for layers
-  kSomeDiffuse = 1 << 29,   // some are: Bsdf::diffuse_share() tells
-  kEstimatedDensity = 1 << 25,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
+/// Bits of Bsdf::traits: what holds for all materials of a model.
+enum BsdfTraits : std::int32_t {
+  kReflectsOnly = 1 << 0,  // light is scattered back to the side of wo alone
+  kLambertian = 1 << 1,    // light is scattered back evenly: f is the same for all directions of that side
+  kAllDiffuse = 1 << 2,    // all lobes but delta ones are diffuse, for layers
+  kSomeDiffuse = 1 << 3,   // some are: Bsdf::diffuse_share() tells
+  kEstimatedDensity = 1 << 4,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
+  kRefracts = 1 << 5           // what gets through changes its direction, and has an inside behind it
 };
 
 inline constexpr int kMaterialSpectra = 2;
@@ -91,10 +69,10 @@ struct ScalarSlot {
   std::int32_t texture = -1;
 };
 
-/// Slots are named in bsdf/slots.h and at the head of the model's file (bsdf/model/diffuse.cpp and so on).
+/// Slots are named in bsdf/kinds.h and at the head of the model's file (bsdf/model/diffuse.cpp and so on).
 struct MaterialRecord {
   BsdfKind kind = BsdfKind::kDiffuse;
-  std::int32_t flags = 0;
+  std::int32_t flags = 0;  // MaterialFlags
   SpectrumSlot spectra[kMaterialSpectra];
   ScalarSlot scalars[kMaterialScalars];
   ScalarSlot opacity{1, -1};
@@ -107,7 +85,8 @@ struct MaterialRecord {
   std::int32_t back = -1;                  // material, with kHasBack
   float bump_step = 0;                     // step in u and v over which the bump texture is differentiated
   std::int32_t upper_normal_texture = -1;  // normal map of the layer above the base, with kUsesFurther
-  std::int32_t padding[5] = {};
+  std::int32_t variants = 0;               // of the kind (bsdf/kinds.h), with kUsesVariants
+  std::int32_t padding[4] = {};
 };
 static_assert(sizeof(MaterialRecord) == 128);
 
@@ -119,10 +98,16 @@ struct ExtendedRecord {
   ScalarSlot further[kFurtherScalars];
 };
 
+/// Gives the material variants of its kind.
+inline void set_variants(MaterialRecord& material, std::int32_t variants) {
+  material.variants |= variants;
+  if (variants != 0) material.flags |= kUsesVariants;
+}
+
 /// A smooth dielectric or a thin sheet of one, without holes.
 inline bool is_clear_glass(const MaterialRecord& material) {
-  return (material.kind == BsdfKind::kDielectric || material.kind == BsdfKind::kThinDielectric) &&
-         (material.flags & (kAllDelta | kHasOpacity)) == kAllDelta;
+  constexpr std::int32_t kClear = kAllDelta | kTransmits;
+  return (material.flags & (kClear | kHasOpacity)) == kClear;
 }
 
 struct MaterialTable {

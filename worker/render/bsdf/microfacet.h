@@ -103,15 +103,15 @@ TESSERA_INLINE Ggx ggx_of(Float alpha_x, Float alpha_y) {
 
 /// Microfacets of these roughnesses, of the kind that the flags say.
 TESSERA_INLINE Microfacets microfacets_of(const BsdfParams& params, Float alpha_x, Float alpha_y) {
-  return {ggx_of(alpha_x, alpha_y), (params.some_flags & kBeckmann) != 0, params.with(kBeckmann),
-          params.with(kSeparableMasking)};
+  return {ggx_of(alpha_x, alpha_y), (params.some_variants & kBeckmann) != 0, params.of_variant(kBeckmann),
+          params.of_variant(kSeparableMasking)};
 }
 
 /// f(facets) with the microfacets of the two roughness slots from `slot` on: Ggx unless some lane is special.
 template <class F>
 TESSERA_INLINE auto with_microfacets(const BsdfParams& params, int slot, F&& f) {
   const Float x = params.scalars[slot], y = params.scalars[slot + 1];
-  if (params.some_flags & (kBeckmann | kSeparableMasking)) return f(microfacets_of(params, x, y));
+  if (params.some_variants & (kBeckmann | kSeparableMasking)) return f(microfacets_of(params, x, y));
   return f(ggx_of(x, y));
 }
 

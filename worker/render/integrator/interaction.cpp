@@ -190,10 +190,12 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
   if (const std::optional<std::int32_t> same = common_value(route.record, active)) {
     common = &scene.materials.materials[static_cast<std::size_t>(*same)];
     part.kind = Int(static_cast<std::int32_t>(common->kind));
-    part.flags = Int(common->flags | bsdf_model(common->kind)->traits);
+    part.flags = Int(common->flags);
+    part.traits = Int(bsdf_model(common->kind)->traits);
   } else {
     part.kind = kind_of(scene, route.record, active);
-    part.flags = flags_of(scene, route.record, active) | traits_of(part.kind, active);
+    part.flags = flags_of(scene, route.record, active);
+    part.traits = traits_of(part.kind, active);
   }
   if (scene.any_mix) {
     part.flags = part.flags | route.inherited;
@@ -311,14 +313,14 @@ void weigh_other_part(const MaterialPart& own, const MaterialPart& other, Vec3 w
   const BsdfEval also = eval_part(other, wo, sample.wi, transport, spread);
   const Float chosen = share * sample.pdf, pdf = chosen + (1.0f - share) * also.pdf;
   const Spectrum f_cos = sample.weight * chosen + also.f_cos * (1.0f - share);
-  const Mask exact = and_not(spread, ((own.flags | other.flags) & kEstimatedDensity) != 0);
+  const Mask exact = and_not(spread, ((own.traits | other.traits) & kEstimatedDensity) != 0);
   sample.weight = select(exact, f_cos * (1.0f / max(pdf, 1e-37f)), sample.weight);
   sample.pdf = select(spread, pdf, sample.pdf);
 }
 
 Float diffuse_share_of_part(const MaterialPart& part, Vec3 wo, Vec3 wi, Mask active) {
-  Float share = select((part.flags & kAllDiffuse) != 0, Float(1.0f), Float(0.0f));
-  const Mask some = active & ((part.flags & kSomeDiffuse) != 0);
+  Float share = select((part.traits & kAllDiffuse) != 0, Float(1.0f), Float(0.0f));
+  const Mask some = active & ((part.traits & kSomeDiffuse) != 0);
   if (none(some)) return share;
   const Vec3 lo = part.frame.to_local(wo), li = part.frame.to_local(wi);
   for_each_distinct(part.kind, some, [&](std::int32_t kind, Mask lanes) {
@@ -401,7 +403,7 @@ Float diffuse_share(const Interaction& at, Vec3 wo, Vec3 wi, Mask active) {
 
 Float least_alpha(const MaterialPart& part, Mask active) {
   Float alpha(0.0f);
-  for_each_distinct(part.kind, active & ((part.flags & kReflectsOnly) != 0),
+  for_each_distinct(part.kind, active & ((part.traits & kReflectsOnly) != 0),
                     [&](std::int32_t kind, Mask lanes) {
                       const Bsdf& model = *bsdf_model(static_cast<BsdfKind>(kind));
                       alpha = select(lanes, model.least_alpha(part.params), alpha);

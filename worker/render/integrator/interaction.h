@@ -14,6 +14,7 @@ struct MaterialPart {
   Int kind;      // BsdfKind
   Int material;  // where it is a mix, the mix itself; from behind, the material there
   Int flags;     // MaterialFlags
+  Int traits;    // BsdfTraits
   BsdfParams params;
   Frame frame;  // shading frame, z on the side of the geometric normal before bump and normal maps
   // With kHasBump only
@@ -23,8 +24,8 @@ struct MaterialPart {
   bool lambertian = false;
 };
 
-/// Matter that scatters light at 16 surface points. `flags` are those of the whole; in lanes that have kMixed
-/// the first part counts 1 - amount, and `second` the rest.
+/// Matter that scatters light at 16 surface points. `flags` are those of the whole, `traits` of the first
+/// part, which in lanes that have kMixed counts 1 - amount, and `second` the rest.
 struct Interaction : MaterialPart {
   Float amount;
   MaterialPart second;
@@ -36,14 +37,14 @@ void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u
 
 /// Where light is scattered back to the side of wo only.
 TESSERA_INLINE Mask reflects_only(const Interaction& at) {
-  return and_not((at.flags & kReflectsOnly) != 0, (at.flags & kMixed) != 0);
+  return and_not((at.traits & kReflectsOnly) != 0, (at.flags & kMixed) != 0);
 }
 
 /// Lanes whose density of samples is only an estimate.
 TESSERA_INLINE Mask estimates_density(const Interaction& at, Mask active) {
   const Mask second = active & ((at.flags & kMixed) != 0);
-  Mask result = active & ((at.flags & kEstimatedDensity) != 0);
-  if (any(second)) result |= second & ((at.second.flags & kEstimatedDensity) != 0);
+  Mask result = active & ((at.traits & kEstimatedDensity) != 0);
+  if (any(second)) result |= second & ((at.second.traits & kEstimatedDensity) != 0);
   return result;
 }
 

@@ -1,12 +1,7 @@
 #include "render/light/light.h"
 
-#include <cassert>
-#include <cstddef>
-
 #include "render/color/texture.h"
 #include "render/light/light_access.h"
-#include "render/light/models.h"
-#include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -25,14 +20,7 @@ Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& 
   return factor;
 }
 
-constexpr std::size_t kMostModels = 64;
-
-/// In the order of LightKind; filled when the kernels are loaded, so that asking costs one load.
-const LightModel* models[kMostModels] = {
-    &point_light(),       &spot_light(),       &distant_light(),  &infinite_light(), &triangle_light(),
-    &rectangle_light(),   &sphere_light(),     &disk_light(),     &cylinder_light(), &projection_light(),
-    &goniometric_light(), &soft_point_light(), &soft_spot_light()};
-std::size_t model_count = static_cast<std::size_t>(LightKind::kCount);
+constinit ModelTable<LightModel, LightKind> models;
 
 /// The model of all active lanes' lights, if they have one.
 const LightModel* common_model(const LightTable& table, Int light, Mask active) {
@@ -44,24 +32,22 @@ const LightModel* common_model(const LightTable& table, Int light, Mask active) 
 const LightSource& source(LightKind kind) { return light_model(kind); }
 
 std::optional<LightKind> kind_on_shape(ShapeKind shape) {
-  for (std::size_t kind = 0; kind < model_count; ++kind) {
-    if (shape != ShapeKind::kCount && models[kind]->traits.surface == shape)
-      return static_cast<LightKind>(kind);
+  for (std::size_t i = 0; i < models.size(); ++i) {
+    const auto kind = static_cast<LightKind>(i);
+    if (shape != ShapeKind::kCount && models[kind]->traits.surface == shape) return kind;
   }
   return std::nullopt;
 }
 
 }  // namespace
 
-const LightModel& light_model(LightKind kind) { return *models[static_cast<std::size_t>(kind)]; }
+const LightModel& light_model(LightKind kind) { return *models[kind]; }
+
+void set_model(LightKind kind, const LightModel& model) { models.set(kind, model); }
 
 LightSources light_sources() { return {&source, &kind_on_shape}; }
 
-LightKind add_light_model(const LightModel& model) {
-  assert(model_count < kMostModels);
-  models[model_count] = &model;
-  return static_cast<LightKind>(model_count++);
-}
+LightKind add_light_model(const LightModel& model) { return models.add(model); }
 
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) {
   LightSample result;

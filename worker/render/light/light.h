@@ -2,6 +2,7 @@
 #pragma once
 
 #include "render/color/spectrum.h"
+#include "render/core/model_table.h"
 #include "render/core/vec.h"
 #include "render/light/light_source.h"
 #include "render/light/light_table.h"
@@ -85,8 +86,11 @@ const LightModel& light_model(LightKind kind);
 /// Models for those that build: LightTable::sources of tables for these kernels.
 LightSources light_sources();
 
-/// Adds a model that is not among those of light.cpp; records of the kind returned have it. Before anything
-/// is rendered: not thread-safe.
+/// ModelOf calls this.
+void set_model(LightKind kind, const LightModel& model);
+
+/// Adds a model that has no kind of its own; records of the kind returned have it. Before anything is
+/// rendered: not thread-safe.
 LightKind add_light_model(const LightModel& model);
 
 /// LightModel::sample and pdf for lanes that may hold lights of any kind.

@@ -14,7 +14,8 @@
 
 namespace tessera::render {
 
-/// The models of light.cpp, in its order; kinds from kCount on are those that add_light_model() gives.
+/// Each kind has a model, at the end of whose file it is named; kinds from kCount on are those that
+/// add_light_model() gives.
 enum class LightKind : std::int32_t {
   kPoint,
   kSpot,

@@ -220,11 +220,13 @@ class BuiltScene final : public RenderScene {
   std::string_view find_what_shares_nothing() const {
     if (!tables_.paths_pass) return "";
     if (!tables_.media.media.empty()) return "media";
-    const auto has = [](const auto& records, std::int32_t flags) {
-      return std::ranges::any_of(records, [&](const auto& one) { return (one.flags & flags) == flags; });
+    const auto is_tinted_sheet = [](const MaterialRecord& material) {
+      return (material.flags & kPassesStraight) != 0 && (material.variants & kTinted) != 0;
     };
-    if (has(tables_.materials.materials, kPassesStraight | kTinted)) return "tinted sheets of glass";
-    if (has(tables_.shapes.shapes, kHasAlpha)) return "shapes with holes beside materials of some opacity";
+    const auto has_holes = [](const ShapeRecord& shape) { return (shape.flags & kHasAlpha) != 0; };
+    if (std::ranges::any_of(tables_.materials.materials, is_tinted_sheet)) return "tinted sheets of glass";
+    if (std::ranges::any_of(tables_.shapes.shapes, has_holes))
+      return "shapes with holes beside materials of some opacity";
     return "";
   }
 

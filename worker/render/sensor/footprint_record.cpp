@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 namespace tessera::render {
 
@@ -28,9 +27,9 @@ FootprintRecord footprint_of(const SensorRecord& sensor, double part) {
                forward = axis_of(pose, 2, record.z);
   for (int i = 0; i < 3; ++i) record.place[i] = pose.m[4 * i + 3];
   double spread_x = std::abs(double{sensor.scale_x}), spread_y = std::abs(double{sensor.scale_y});
-  switch (sensor.kind) {
-    case SensorKind::kPinhole:
-    case SensorKind::kThinLens: {
+  const RasterTraits raster = raster_of(sensor.kind);
+  switch (raster.shape) {
+    case RasterShape::kPlane: {
       spread_x *= right / forward, spread_y *= up / forward;
       const auto farthest = [](double scale, double offset, double size) {
         return std::max(std::abs(offset), std::abs(offset + scale * size));
@@ -40,18 +39,14 @@ FootprintRecord footprint_of(const SensorRecord& sensor, double part) {
       record.least_cosine = static_cast<float>(1 / std::hypot(1.0, corner));
       break;
     }
-    case SensorKind::kOrthographic:
-    case SensorKind::kOrthographicLens:
+    case RasterShape::kParallel:
       record.parallel = true;
       spread_x *= right, spread_y *= up;
       break;
-    case SensorKind::kEquirectangular:
-      spread_x *= 2 * std::numbers::pi, spread_y *= std::numbers::pi;
+    case RasterShape::kSphere:
+      spread_x *= raster.angle_x, spread_y *= raster.angle_y;
       break;
-    case SensorKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
-      spread_x *= 2 * std::sqrt(std::numbers::pi), spread_y *= 2 * std::sqrt(std::numbers::pi);
-      break;
-    default:  // a model from outside says nothing of its pixels
+    case RasterShape::kOther:  // nothing is known of its pixels
       return {};
   }
   record.spread_x = static_cast<float>(part * spread_x);

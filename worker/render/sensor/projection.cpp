@@ -29,7 +29,7 @@ Projection projection_of(const SensorRecord& sensor, float least_depth, int reac
   inverse_row(forward, right, up, place, z);
 
   Projection result;
-  result.perspective = sensor.kind == SensorKind::kPinhole || sensor.kind == SensorKind::kThinLens;
+  result.perspective = raster_of(sensor.kind).shape == RasterShape::kPlane;
   const double unit_of_depth = vec64::length(forward);
   for (int i = 0; i < 4; ++i) {
     // film = (place - offset) / scale, with place = (x / z, y / z) or (x, y).

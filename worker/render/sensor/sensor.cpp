@@ -1,23 +1,15 @@
 #include "render/sensor/sensor.h"
 
 #include <cassert>
-#include <cstddef>
 
 #include "render/core/affine.h"
 #include "render/core/motion.h"
-#include "render/sensor/models.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr std::size_t kMostModels = 64;
-
-/// In the order of SensorKind; filled when the kernels are loaded, so that asking costs one load.
-const SensorModel* models[kMostModels] = {&pinhole_sensor(),         &thin_lens_sensor(),
-                                          &orthographic_sensor(),    &orthographic_lens_sensor(),
-                                          &equirectangular_sensor(), &octahedral_sensor()};
-std::size_t model_count = static_cast<std::size_t>(SensorKind::kCount);
+constinit ModelTable<SensorModel, SensorKind> models;
 
 /// Sensor space to render space.
 WideAffine pose_at(const SensorRecord& sensor, Float time) {
@@ -48,13 +40,11 @@ LocalConnection SensorModel::connect(const SensorRecord&, Vec3, Vec2) const {
   return {};
 }
 
-const SensorModel& sensor_model(SensorKind kind) { return *models[static_cast<std::size_t>(kind)]; }
+const SensorModel& sensor_model(SensorKind kind) { return *models[kind]; }
 
-SensorKind add_sensor_model(const SensorModel& model) {
-  assert(model_count < kMostModels);
-  models[model_count] = &model;
-  return static_cast<SensorKind>(model_count++);
-}
+void set_model(SensorKind kind, const SensorModel& model) { models.set(kind, model); }
+
+SensorKind add_sensor_model(const SensorModel& model) { return models.add(model); }
 
 SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
   const Vec2 place{fma(sample.raster.x, Float(sensor.scale_x), Float(sensor.offset_x)),

@@ -5,6 +5,7 @@
 // of a wall. Nothing outside of this folder knows a lens or how wide a pixel is.
 #pragma once
 
+#include "render/core/model_table.h"
 #include "render/core/vec.h"
 #include "render/sensor/sensor_record.h"
 
@@ -86,7 +87,9 @@ class SensorModel {
 
 /// The model of a kind.
 const SensorModel& sensor_model(SensorKind kind);
-/// Adds a model that is not among those of models.h; records of the kind returned have it. Before anything is
+/// ModelOf calls this.
+void set_model(SensorKind kind, const SensorModel& model);
+/// Adds a model that has no kind of its own; records of the kind returned have it. Before anything is
 /// rendered: not thread-safe.
 SensorKind add_sensor_model(const SensorModel& model);
 

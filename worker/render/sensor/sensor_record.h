@@ -2,7 +2,9 @@
 // light.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "render/core/affine_data.h"
@@ -10,7 +12,8 @@
 
 namespace tessera::render {
 
-/// Each kind has a model of its own (sensor/models.h).
+/// Each kind has a model, at the end of whose file it is named; kinds from kCount on are those that
+/// add_sensor_model() gives.
 enum class SensorKind : std::int32_t {
   kPinhole,
   kThinLens,
@@ -26,6 +29,37 @@ constexpr SensorKind with_lens(SensorKind kind) {
   return kind == SensorKind::kOrthographic ? SensorKind::kOrthographicLens : SensorKind::kThinLens;
 }
 
+/// What the places of a raster are.
+enum class RasterShape : std::int32_t {
+  kPlane,     // points of the plane z = 1 of sensor space, seen from about its origin
+  kParallel,  // points of the plane z = 0, from which rays leave along z
+  kSphere,    // points of a map of the sphere, the unit square
+  kOther
+};
+struct RasterTraits {
+  RasterShape shape = RasterShape::kOther;
+  double angle_x = 0, angle_y = 0;  // kSphere: radians that the unit square spans
+};
+
+/// kOther for kinds that were added.
+inline RasterTraits raster_of(SensorKind kind) {
+  using std::numbers::pi;
+  switch (kind) {
+    case SensorKind::kPinhole:
+    case SensorKind::kThinLens:
+      return {RasterShape::kPlane};
+    case SensorKind::kOrthographic:
+    case SensorKind::kOrthographicLens:
+      return {RasterShape::kParallel};
+    case SensorKind::kEquirectangular:
+      return {RasterShape::kSphere, 2 * pi, pi};
+    case SensorKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
+      return {RasterShape::kSphere, 2 * std::sqrt(pi), 2 * std::sqrt(pi)};
+    default:
+      return {};
+  }
+}
+
 struct SensorRecord {
   SensorKind kind = SensorKind::kPinhole;
   // Sensor space (x right, y up, z forward) to render space. Without translation: render space is centred on
@@ -35,8 +69,7 @@ struct SensorRecord {
   // the shutter opened.
   std::vector<Affine> steps;
   // A place of the raster (pixels from its upper left corner) times these plus offsets: the model's own
-  // place. That is a point on the plane z = 1 of sensor space (kPinhole, kThinLens), the place of a ray in
-  // the plane z = 0 (kOrthographic, kOrthographicLens), or a point of the unit square of the sphere's map.
+  // place (RasterShape).
   float scale_x = 1, scale_y = 1, offset_x = 0, offset_y = 0;
   float lens_radius = 0;
   float focal_distance = 1;

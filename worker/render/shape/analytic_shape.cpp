@@ -1,32 +1,20 @@
 #include "render/shape/analytic_shape.h"
 
 #include <algorithm>
-#include <cassert>
 #include <cmath>
-#include <cstddef>
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-constexpr std::size_t kMostModels = 64;
-
-/// In the order of ShapeKind; filled when the kernels are loaded, so that asking costs one load.
-const AnalyticShape* models[kMostModels] = {
-    nullptr,           &sphere_shape(), &disk_shape(),       &cylinder_shape(),
-    &sdf_grid_shape(), nullptr,         &half_space_shape(), &frustum_shape(),
-    &polygon_shape(),  &box_shape(),    &polyhedron_shape(), &torus_shape(),
-    &implicit_shape(), &csg_shape()};
-std::size_t model_count = static_cast<std::size_t>(ShapeKind::kCount);
+constinit ModelTable<AnalyticShape, ShapeKind> models;
 
 }  // namespace
 
-const AnalyticShape* analytic_shape(ShapeKind kind) { return models[static_cast<std::size_t>(kind)]; }
+const AnalyticShape* analytic_shape(ShapeKind kind) { return models[kind]; }
 
-ShapeKind add_analytic_shape(const AnalyticShape& model) {
-  assert(model_count < kMostModels);
-  models[model_count] = &model;
-  return static_cast<ShapeKind>(model_count++);
-}
+void set_model(ShapeKind kind, const AnalyticShape& model) { models.set(kind, model); }
+
+ShapeKind add_analytic_shape(const AnalyticShape& model) { return models.add(model); }
 
 void AnalyticShape::crossings(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive,
                               const ExactRay& ray, std::vector<double>& found) const {

@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "render/core/model_table.h"
 #include "render/shape/exact_ray.h"
 #include "render/shape/surface.h"
 
@@ -61,25 +62,14 @@ class AnalyticShape {
 /// The model of a kind; null for kTriangles and kCurves, which Embree meets itself.
 const AnalyticShape* analytic_shape(ShapeKind kind);
 
-/// Adds a model that is not among those of analytic_shape.cpp; records of the kind returned have it. Before
-/// anything is built or rendered: not thread-safe.
+/// ModelOf calls this.
+void set_model(ShapeKind kind, const AnalyticShape& model);
+
+/// Adds a model that has no kind of its own; records of the kind returned have it. Before anything is built
+/// or rendered: not thread-safe.
 ShapeKind add_analytic_shape(const AnalyticShape& model);
 
 /// Bounds of a box, given by its centre and half of its sides, that `transform` places: with that room.
 ShapeBounds placed_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3]);
-
-// The models by name; only analytic_shape.cpp chooses between them.
-const AnalyticShape& sphere_shape();
-const AnalyticShape& disk_shape();
-const AnalyticShape& cylinder_shape();
-const AnalyticShape& sdf_grid_shape();
-const AnalyticShape& half_space_shape();
-const AnalyticShape& frustum_shape();
-const AnalyticShape& polygon_shape();
-const AnalyticShape& box_shape();
-const AnalyticShape& polyhedron_shape();
-const AnalyticShape& torus_shape();
-const AnalyticShape& implicit_shape();
-const AnalyticShape& csg_shape();
 
 }  // namespace tessera::render::TESSERA_ISA

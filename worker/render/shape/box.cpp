@@ -37,9 +37,6 @@ class BoxShape final : public CrossedShape {
 
 }  // namespace
 
-const AnalyticShape& box_shape() {
-  static const BoxShape model;
-  return model;
-}
+const ModelOf<BoxShape> box(ShapeKind::kBox);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -63,9 +63,6 @@ class CylinderShape final : public QuadricShape {
 
 }  // namespace
 
-const AnalyticShape& cylinder_shape() {
-  static const CylinderShape model;
-  return model;
-}
+const ModelOf<CylinderShape> cylinder(ShapeKind::kCylinder);
 
 }  // namespace tessera::render::TESSERA_ISA

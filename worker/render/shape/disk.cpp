@@ -53,9 +53,6 @@ class DiskShape final : public QuadricShape {
 
 }  // namespace
 
-const AnalyticShape& disk_shape() {
-  static const DiskShape model;
-  return model;
-}
+const ModelOf<DiskShape> disk(ShapeKind::kDisk);
 
 }  // namespace tessera::render::TESSERA_ISA

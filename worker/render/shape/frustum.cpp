@@ -84,9 +84,6 @@ class FrustumShape final : public CrossedShape {
 
 }  // namespace
 
-const AnalyticShape& frustum_shape() {
-  static const FrustumShape model;
-  return model;
-}
+const ModelOf<FrustumShape> frustum(ShapeKind::kFrustum);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -44,9 +44,6 @@ class HalfSpaceShape final : public CrossedShape {
 
 }  // namespace
 
-const AnalyticShape& half_space_shape() {
-  static const HalfSpaceShape model;
-  return model;
-}
+const ModelOf<HalfSpaceShape> half_space(ShapeKind::kHalfSpace);
 
 }  // namespace tessera::render::TESSERA_ISA

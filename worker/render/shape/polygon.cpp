@@ -44,9 +44,6 @@ class PolygonShape final : public CrossedShape {
 
 }  // namespace
 
-const AnalyticShape& polygon_shape() {
-  static const PolygonShape model;
-  return model;
-}
+const ModelOf<PolygonShape> polygon(ShapeKind::kPolygon);
 
 }  // namespace tessera::render::TESSERA_ISA

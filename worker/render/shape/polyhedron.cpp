@@ -45,9 +45,6 @@ class PolyhedronShape final : public CrossedShape {
 
 }  // namespace
 
-const AnalyticShape& polyhedron_shape() {
-  static const PolyhedronShape model;
-  return model;
-}
+const ModelOf<PolyhedronShape> polyhedron(ShapeKind::kPolyhedron);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -229,9 +229,6 @@ class SdfGridShape final : public AnalyticShape {
 
 }  // namespace
 
-const AnalyticShape& sdf_grid_shape() {
-  static const SdfGridShape model;
-  return model;
-}
+const ModelOf<SdfGridShape> sdf_grid(ShapeKind::kSdfGrid);
 
 }  // namespace tessera::render::TESSERA_ISA

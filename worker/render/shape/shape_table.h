@@ -18,8 +18,8 @@
 
 namespace tessera::render {
 
-/// Triangles, curves, and the models of analytic_shape.cpp, in its order; kinds from kCount on are those that
-/// add_analytic_shape() gives.
+/// Each kind but kTriangles and kCurves has a model, at the end of whose file it is named; kinds from kCount
+/// on are those that add_analytic_shape() gives.
 enum class ShapeKind : std::int32_t {
   kTriangles,
   kSphere,

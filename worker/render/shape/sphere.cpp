@@ -86,9 +86,6 @@ class SphereShape final : public QuadricShape {
 
 }  // namespace
 
-const AnalyticShape& sphere_shape() {
-  static const SphereShape model;
-  return model;
-}
+const ModelOf<SphereShape> sphere(ShapeKind::kSphere);
 
 }  // namespace tessera::render::TESSERA_ISA

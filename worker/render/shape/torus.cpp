@@ -137,9 +137,6 @@ class TorusShape final : public CrossedShape {
 
 }  // namespace
 
-const AnalyticShape& torus_shape() {
-  static const TorusShape model;
-  return model;
-}
+const ModelOf<TorusShape> torus(ShapeKind::kTorus);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -11,7 +11,7 @@ constexpr double kMitsubaRounding = 1e-5;
 TEST(Principled, WhiteGlassIsARoughDielectric) {
   constexpr float kRoughness = 0.6f;
   const BsdfCase glass("white glass", render::BsdfKind::kPrincipled, {1, 1, 1}, {}, {kRoughness, 0, 1.5f},
-                       render::kSeparableMasking | render::kHasInside, {0, 1});
+                       render::kSeparableMasking, {0, 1}, render::kHasInside);
   const BsdfCase boundary =
       dielectric(kRoughness * kRoughness, kRoughness * kRoughness, 1.5f, render::kSeparableMasking);
   for (const Direction& wo : {direction(20, 0), direction(70, 30), direction(130, 60)}) {

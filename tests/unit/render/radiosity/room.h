@@ -4,7 +4,7 @@
 #include <memory>
 #include <vector>
 
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "render/core/constants.h"
 #include "render/light/light.h"
 #include "render/textbook/radiosity/phases.h"

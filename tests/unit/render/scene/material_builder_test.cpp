@@ -6,7 +6,7 @@
 
 #include <cmath>
 
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {

@@ -41,7 +41,7 @@ ShapeTable table_of(const char* function, bool with_cells) {
 }
 
 Float nearest(const ShapeTable& table, const ShapeRays& rays) {
-  return implicit_shape().nearest(table, table.shapes[0], 0, rays);
+  return analytic_shape(ShapeKind::kImplicit)->nearest(table, table.shapes[0], 0, rays);
 }
 
 /// Calls f(rays) for packets that look at the ball from all sides, `count` of them.
@@ -106,7 +106,8 @@ TEST(ImplicitCells, AreSearchedForOneRayAsForSixteen) {
           EXPECT_TRUE((t < 0 && expected < 0) || std::abs(t - expected) <= 0x1p-22f)
               << t << " and " << expected;
           const bool blocked =
-              (implicit_shape().occluded(table, table.shapes[0], 0, one).bits() >> i & 1) != 0;
+              (analytic_shape(ShapeKind::kImplicit)->occluded(table, table.shapes[0], 0, one).bits() >> i &
+               1) != 0;
           EXPECT_EQ(blocked, expected > 0);
         }
       });
@@ -127,7 +128,7 @@ TEST(ImplicitCells, AreCrossedAsOftenAsTheSignsSay) {
         const ExactRay ray{{rays.o.x.lane(i), rays.o.y.lane(i), rays.o.z.lane(i)},
                            {rays.d.x.lane(i), rays.d.y.lane(i), rays.d.z.lane(i)}};
         std::vector<double> found;
-        implicit_shape().crossings(table, table.shapes[0], 0, ray, found);
+        analytic_shape(ShapeKind::kImplicit)->crossings(table, table.shapes[0], 0, ray, found);
         const ObjectChord chord = chord_of(surface, ray);
         if (none(chord.meets)) continue;
         alignas(64) double begin[kWidth], end[kWidth];

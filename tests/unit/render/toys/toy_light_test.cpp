@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/positional_light.h"
 #include "render/transport/light/light_tracer.h"
 #include "render/transport/path/wavefront.h"
@@ -19,7 +19,7 @@ class PendantLight final : public PositionalLight {
  public:
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
-    LightSample s = point_light().sample(table, light, from, u, active);
+    LightSample s = light_model(LightKind::kPoint).sample(table, light, from, u, active);
     s.radiance *= max(s.wi.z, 0.0f);
     s.valid &= s.wi.z > 0.0f;
     return s;

@@ -6,7 +6,7 @@
 #include <numbers>
 
 #include "render/sampling/warp.h"
-#include "render/sensor/models.h"
+#include "render/sensor/sensor.h"
 #include "render/transport/path/wavefront.h"
 #include "support/kernel/kernel_scene.h"
 

@@ -11,7 +11,7 @@
 // scalars[2]      eta: index of the coat over the index outside
 // extended[0, 1]  GGX alpha of the conductor along x and y
 // extended[2]     optical thickness of the coat along the normal, all of it absorption
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/microfacet.h"
@@ -68,8 +68,10 @@ class Layers {
       : eta(params.scalars[slot::kEta]),
         smooth_coat(is_smooth_dielectric(params, slot::kAlphaX, slot::kEta)),
         thickness_(params.extended[slot::kThickness]) {
-    coat_params_.flags = base_params_.flags = Int(0);
-    coat_params_.some_flags = base_params_.some_flags = 0;
+    for (BsdfParams* const layer : {&coat_params_, &base_params_}) {
+      layer->flags = layer->variants = Int(0);
+      layer->some_flags = layer->some_variants = 0;
+    }
     for (int i = 0; i < kMaterialScalars; ++i) coat_params_.scalars[i] = params.scalars[i];
     for (int i = 0; i < 2; ++i) base_params_.scalars[i] = params.extended[slot::kBaseAlphaX + i];
     for (int i = 0; i < 2; ++i) base_params_.spectra[i] = params.spectra[i] * (1.0f / eta);
@@ -77,16 +79,16 @@ class Layers {
   }
 
   TESSERA_INLINE BsdfSample sample_coat(Vec3 wo, Float u_lobe, Vec2 u, Mask active) const {
-    return dielectric_bsdf().sample(coat_params_, wo, u_lobe, u, kAny, active);
+    return bsdf_model(BsdfKind::kDielectric)->sample(coat_params_, wo, u_lobe, u, kAny, active);
   }
   TESSERA_INLINE BsdfEval eval_coat(Vec3 wo, Vec3 wi, Mask active) const {
-    return dielectric_bsdf().eval(coat_params_, wo, wi, kAny, active);
+    return bsdf_model(BsdfKind::kDielectric)->eval(coat_params_, wo, wi, kAny, active);
   }
   TESSERA_INLINE BsdfSample sample_base(Vec3 wo, Vec2 u, Mask active) const {
-    return conductor_bsdf().sample(base_params_, wo, Float(0.0f), u, kAny, active);
+    return bsdf_model(BsdfKind::kConductor)->sample(base_params_, wo, Float(0.0f), u, kAny, active);
   }
   TESSERA_INLINE BsdfEval eval_base(Vec3 wo, Vec3 wi, Mask active) const {
-    return conductor_bsdf().eval(base_params_, wo, wi, kAny, active);
+    return bsdf_model(BsdfKind::kConductor)->eval(base_params_, wo, wi, kAny, active);
   }
   /// Transmittance of the layer between them, along w.
   TESSERA_INLINE Float transmittance(Vec3 w) const { return exp(-thickness_ / max(abs(w.z), 1e-6f)); }
@@ -243,9 +245,6 @@ void CoatedConductorBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& p
   conductor_of_reflectance(lanes, params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
 }
 
-const Bsdf& coated_conductor_bsdf() {
-  static const CoatedConductorBsdf model;
-  return model;
-}
+const ModelOf<CoatedConductorBsdf> coated_conductor(BsdfKind::kCoatedConductor);
 
 }  // namespace tessera::render::TESSERA_ISA

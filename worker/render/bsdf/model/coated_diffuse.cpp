@@ -21,7 +21,7 @@
 // scalars[0, 1]  GGX alpha of the coat along x and y; smooth where both are below kSmoothAlpha
 // scalars[2]     eta: index of the coat over the index outside
 // coat_table     from append_coat_table(eta, thickness, ...)
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/coat_over_diffuse.h"
 #include "render/bsdf/tables/coat_table.h"
@@ -147,9 +147,6 @@ Spectrum CoatedDiffuseBsdf::albedo(const BsdfParams& params) const {
   return params.spectra[slot::kReflectance];
 }
 
-const Bsdf& coated_diffuse_bsdf() {
-  static const CoatedDiffuseBsdf model;
-  return model;
-}
+const ModelOf<CoatedDiffuseBsdf> coated_diffuse(BsdfKind::kCoatedDiffuse);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -6,7 +6,7 @@
 // extended_spectra[0]  with kTinted: factor of the light
 //
 // With kBalanced what scatters more than once between the microfacets is not lost [balance.h].
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/balance.h"
 #include "render/bsdf/fresnel.h"
@@ -30,8 +30,8 @@ class ConductorBsdf final : public Bsdf {
 TESSERA_INLINE Spectrum reflectance(const BsdfParams& params, Float cos_m) {
   const Spectrum fresnel =
       fresnel_conductor(cos_m, params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
-  if ((params.some_flags & kTinted) == 0) return fresnel;
-  return select(params.with(kTinted), fresnel * params.extended_spectra[slot::kConductorTint], fresnel);
+  if ((params.some_variants & kTinted) == 0) return fresnel;
+  return select(params.of_variant(kTinted), fresnel * params.extended_spectra[slot::kConductorTint], fresnel);
 }
 
 /// Mean reflectance for diffuse light: the Gauss-Jacobi rule with two points for the weight 2 cos(theta), to
@@ -54,7 +54,7 @@ TESSERA_INLINE Spectrum mean_reflectance(const BsdfParams& params) {
     const Float r = mean.c[c];
     result.c[c] = fma(added, r * kept / max(1.0f - r * (1.0f - kept), 1e-6f), Float(1.0f));
   }
-  return select(rough & params.with(kBalanced), result, Spectrum(1.0f));
+  return select(rough & params.of_variant(kBalanced), result, Spectrum(1.0f));
 }
 
 }  // namespace
@@ -67,7 +67,8 @@ BsdfEval ConductorBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transpo
     return eval_reflection(facets, mirror_if(below, wo), mirror_if(below, wi));
   });
   Spectrum f_cos = reflectance(params, reflection.cos_m) * select_or_zero(lit, reflection.f_cos);
-  if (params.some_flags & kBalanced) f_cos *= gain(params, mirror_if(below, wo), mirror_if(below, wi), lit);
+  if (params.some_variants & kBalanced)
+    f_cos *= gain(params, mirror_if(below, wo), mirror_if(below, wi), lit);
   return {f_cos, select_or_zero(lit, reflection.pdf)};
 }
 
@@ -92,7 +93,7 @@ BsdfSample ConductorBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe
   }
   const Mask valid = active & (wo.z > 0.0f) & (wi.z > 0.0f);
   Spectrum weight = reflectance(params, cos_m) * geometry;
-  if (params.some_flags & kBalanced) weight *= gain(params, wo, wi, and_not(valid, smooth));
+  if (params.some_variants & kBalanced) weight *= gain(params, wo, wi, and_not(valid, smooth));
   return {.wi = mirror_if(below, wi),
           .weight = weight,
           .pdf = pdf,
@@ -114,9 +115,6 @@ void ConductorBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params)
   conductor_of_reflectance(lanes, params.spectra[slot::kConductorEta], params.spectra[slot::kConductorK]);
 }
 
-const Bsdf& conductor_bsdf() {
-  static const ConductorBsdf model;
-  return model;
-}
+const ModelOf<ConductorBsdf> conductor(BsdfKind::kConductor);
 
 }  // namespace tessera::render::TESSERA_ISA

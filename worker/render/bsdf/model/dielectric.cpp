@@ -4,7 +4,7 @@
 // spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
 // scalars[0, 1]  alpha along x and y; smooth where both are below kSmoothAlpha
 // scalars[2]     eta: index below the surface (z < 0) over the index above
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/balance.h"
 #include "render/bsdf/fresnel.h"
@@ -17,6 +17,7 @@ namespace {
 
 class DielectricBsdf final : public Bsdf {
  public:
+  DielectricBsdf() : Bsdf(kRefracts) {}
   BsdfEval eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transport transport, Mask active) const override;
   BsdfSample sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u, Transport transport,
                     Mask active) const override;
@@ -62,7 +63,7 @@ BsdfEval DielectricBsdf::eval(const BsdfParams& params, Vec3 wo, Vec3 wi, Transp
     const Spectrum f_cos(select_or_zero(lit, scatter * zi / facets.masking_pair(so, wo.z, si, zi)));
     return {tinted(params, reflected, f_cos), select_or_zero(lit, pdf)};
   });
-  if (params.some_flags & kBalanced) result.f_cos *= balance_factor(params, wo, wi, below, lit);
+  if (params.some_variants & kBalanced) result.f_cos *= balance_factor(params, wo, wi, below, lit);
   result.f_cos = transported(transport, ~reflected, eta, result.f_cos);
   return result;
 }
@@ -116,7 +117,7 @@ BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lob
   });
   result.valid &= active;
   result.weight = tinted(params, ~result.transmission, result.weight);
-  if (params.some_flags & kBalanced) {
+  if (params.some_variants & kBalanced) {
     result.weight *= balance_factor(params, wo, result.wi, below, and_not(result.valid, delta));
   }
   result.weight = transported(transport, result.transmission, eta, result.weight);
@@ -130,9 +131,6 @@ Passing DielectricBsdf::passing(const BsdfParams& params, Float cosine) const {
   return {sqrt((1.0f - once) / (1.0f + once)), tinted(params, Mask::none(), Spectrum(1.0f))};
 }
 
-const Bsdf& dielectric_bsdf() {
-  static const DielectricBsdf model;
-  return model;
-}
+const ModelOf<DielectricBsdf> dielectric(BsdfKind::kDielectric);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,7 +1,7 @@
 // Lambertian reflection, on whichever side wo is [Lambert 1760]. pbrt-v4's and Mitsuba 3's "diffuse".
 //
 // spectra[0]  reflectance, clamped to [0, 1]
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/lambertian.h"
 #include "render/core/constants.h"
@@ -43,9 +43,6 @@ BsdfSample DiffuseBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, 
 
 Spectrum DiffuseBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }
 
-const Bsdf& diffuse_bsdf() {
-  static const DiffuseBsdf model;
-  return model;
-}
+const ModelOf<DiffuseBsdf> diffuse(BsdfKind::kDiffuse);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -3,7 +3,7 @@
 //
 // spectra[0]  reflectance, clamped to [0, 1]
 // spectra[1]  transmittance, clamped to [0, 1]
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/core/constants.h"
 #include "render/sampling/warp.h"
@@ -70,9 +70,6 @@ Spectrum DiffuseTransmissionBsdf::albedo(const BsdfParams& params) const {
   return params.spectra[slot::kReflectance] + params.spectra[slot::kTransmittance];
 }
 
-const Bsdf& diffuse_transmission_bsdf() {
-  static const DiffuseTransmissionBsdf model;
-  return model;
-}
+const ModelOf<DiffuseTransmissionBsdf> diffuse_transmission(BsdfKind::kDiffuseTransmission);
 
 }  // namespace tessera::render::TESSERA_ISA

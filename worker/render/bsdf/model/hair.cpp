@@ -8,7 +8,7 @@
 // scalars[2]     eta: index of the fibre over the index outside
 // extended[0]    alpha: tilt of the scales, radians
 // extended[1]    h: where across the fibre it is hit, -1 to 1 (from prepare())
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/fresnel.h"
 #include "render/core/constants.h"
@@ -217,7 +217,7 @@ void HairBsdf::prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) c
   const Float v = at.uv.y;
   params.extended[slot::kFibreOffset] =
       select(lanes, clamp(2.0f * v - 1.0f, -1.0f, 1.0f), params.extended[slot::kFibreOffset]);
-  const Mask coloured = lanes & params.with(kHairReflectance);
+  const Mask coloured = lanes & params.of_variant(kHairReflectance);
   if (none(coloured)) return;
   const Float b = params.scalars[slot::kBetaN];
   const Float scale = polynomial(b, 0.245f, 5.574f, -10.73f, 2.532f, -0.215f, 5.969f);
@@ -228,9 +228,6 @@ void HairBsdf::prepare(const TexturePoint& at, Mask lanes, BsdfParams& params) c
   }
 }
 
-const Bsdf& hair_bsdf() {
-  static const HairBsdf model;
-  return model;
-}
+const ModelOf<HairBsdf> hair(BsdfKind::kHair);
 
 }  // namespace tessera::render::TESSERA_ISA

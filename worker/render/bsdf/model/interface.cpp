@@ -1,5 +1,5 @@
 // No surface at all: what bounds a medium. Light goes straight on. pbrt-v4's "interface", Mitsuba 3's "null".
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -31,9 +31,6 @@ BsdfSample InterfaceBsdf::sample(const BsdfParams&, Vec3 wo, Float, Vec2, Transp
 
 Passing InterfaceBsdf::passing(const BsdfParams&, Float) const { return {Float(1.0f), Spectrum(1.0f)}; }
 
-const Bsdf& interface_bsdf() {
-  static const InterfaceBsdf model;
-  return model;
-}
+const ModelOf<InterfaceBsdf> interface(BsdfKind::kInterface);
 
 }  // namespace tessera::render::TESSERA_ISA

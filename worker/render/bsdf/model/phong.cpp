@@ -5,7 +5,7 @@
 // spectra[1]  reflectance of the lobe along the normal; both are scaled down where they add up to more than 1
 // scalars[2]  exponent, clamped to [0, slot::kMostPhongExponent]
 // flags       kBlinn: the lobe is of the half vector; kMirrorLobe: it is a mirror; else it is Phong's
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/microfacet.h"
 #include "render/core/constants.h"
@@ -38,8 +38,8 @@ struct Lobes {
       : base(clamp(params.spectra[slot::kReflectance], 0.0f, 1.0f)),
         gloss(clamp(params.spectra[slot::kGloss], 0.0f, 1.0f)),
         exponent(clamp(params.scalars[slot::kExponent], 0.0f, slot::kMostPhongExponent)),
-        blinn(params.with(kBlinn)),
-        mirror(params.with(kMirrorLobe)) {
+        blinn(params.of_variant(kBlinn)),
+        mirror(params.of_variant(kMirrorLobe)) {
     const Float scale = 1.0f / max((base + gloss).max_component(), 1.0f);
     base *= scale;
     gloss *= scale;
@@ -148,9 +148,6 @@ Spectrum PhongBsdf::albedo(const BsdfParams& params) const {
   return lobes.base + lobes.gloss;
 }
 
-const Bsdf& phong_bsdf() {
-  static const PhongBsdf model;
-  return model;
-}
+const ModelOf<PhongBsdf> phong(BsdfKind::kPhong);
 
 }  // namespace tessera::render::TESSERA_ISA

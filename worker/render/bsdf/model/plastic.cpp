@@ -13,7 +13,7 @@
 // scalars[0, 1]  alpha of the coat; smooth below kSmoothAlpha
 // scalars[2]     eta: index of the coat over the index outside
 // coat_table     from append_plastic_table()
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/coat_over_diffuse.h"
 #include "render/bsdf/tables/plastic_table.h"
@@ -46,7 +46,7 @@ class Coat {
         internal(gather(params.coat_tables + kPlasticInternal, params.coat_table, active)),
         rough_(and_not(active, smooth)),
         any_rough_(any(rough_)),
-        nonlinear_(params.with(kNonlinear)),
+        nonlinear_(params.of_variant(kNonlinear)),
         transmittances_(params.coat_tables + kPlasticTransmittance),
         offset_(params.coat_table) {}
 
@@ -102,9 +102,6 @@ Float PlasticBsdf::least_alpha(const BsdfParams& params) const {
 
 Spectrum PlasticBsdf::albedo(const BsdfParams& params) const { return params.spectra[slot::kReflectance]; }
 
-const Bsdf& plastic_bsdf() {
-  static const PlasticBsdf model;
-  return model;
-}
+const ModelOf<PlasticBsdf> plastic(BsdfKind::kPlastic);
 
 }  // namespace tessera::render::TESSERA_ISA

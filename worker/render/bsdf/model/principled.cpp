@@ -5,7 +5,7 @@
 // spectra[0]   base colour
 // scalars      roughness, anisotropic, eta: index below the surface over the index above
 // extended     metallic, spec_trans, spec_tint, sheen, sheen_tint, flatness, clearcoat, clearcoat_gloss
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/model/principled_terms.h"
 
@@ -209,9 +209,6 @@ void PrincipledBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params
   principled_index_of_specular(lanes, params);
 }
 
-const Bsdf& principled_bsdf() {
-  static const PrincipledBsdf model;
-  return model;
-}
+const ModelOf<PrincipledBsdf> principled(BsdfKind::kPrincipled);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -4,7 +4,7 @@
 // spectra[0]   base colour
 // scalars      roughness, anisotropic, eta: index of the sheet over the index around it
 // extended     spec_trans, spec_tint, sheen, sheen_tint, flatness, diff_trans (0 to 2)
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/model/principled_terms.h"
 
@@ -141,9 +141,6 @@ void PrincipledThinBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& pa
   principled_index_of_specular(lanes, params);
 }
 
-const Bsdf& principled_thin_bsdf() {
-  static const PrincipledThinBsdf model;
-  return model;
-}
+const ModelOf<PrincipledThinBsdf> principled_thin(BsdfKind::kPrincipledThin);
 
 }  // namespace tessera::render::TESSERA_ISA

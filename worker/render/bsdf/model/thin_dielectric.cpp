@@ -3,7 +3,7 @@
 //
 // spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
 // scalars[2]     eta: index of the sheet over the index around it
-#include "render/bsdf/models.h"
+#include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/tint.h"
@@ -51,9 +51,6 @@ Passing ThinDielectricBsdf::passing(const BsdfParams& params, Float cosine) cons
   return {(1.0f - once) / (1.0f + once), tinted(params, Mask::none(), Spectrum(1.0f))};
 }
 
-const Bsdf& thin_dielectric_bsdf() {
-  static const ThinDielectricBsdf model;
-  return model;
-}
+const ModelOf<ThinDielectricBsdf> thin_dielectric(BsdfKind::kThinDielectric);
 
 }  // namespace tessera::render::TESSERA_ISA

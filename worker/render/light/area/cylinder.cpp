@@ -3,7 +3,7 @@
 
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
-#include "render/light/models.h"
+#include "render/light/light.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -61,9 +61,6 @@ class CylinderLight final : public AreaLight {
 
 }  // namespace
 
-const LightModel& cylinder_light() {
-  static const CylinderLight model;
-  return model;
-}
+const ModelOf<CylinderLight> cylinder(LightKind::kCylinder);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -3,7 +3,7 @@
 
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/sampling/warp.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -57,9 +57,6 @@ class DiskLight final : public AreaLight {
 
 }  // namespace
 
-const LightModel& disk_light() {
-  static const DiskLight model;
-  return model;
-}
+const ModelOf<DiskLight> disk(LightKind::kDisk);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,6 +1,6 @@
 #include "render/light/area/area_light.h"
 #include "render/light/area/solid_angle_light.h"
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/sampling/spherical_rectangle.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -99,9 +99,6 @@ class RectangleLight final : public AreaLight {
 
 }  // namespace
 
-const LightModel& rectangle_light() {
-  static const RectangleLight model;
-  return model;
-}
+const ModelOf<RectangleLight> rectangle(LightKind::kRectangle);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -3,7 +3,7 @@
 
 #include "render/core/constants.h"
 #include "render/light/area/quadric_access.h"
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/sphere_cone.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -139,9 +139,6 @@ class SphereLight final : public AreaLight {
 
 }  // namespace
 
-const LightModel& sphere_light() {
-  static const SphereLight model;
-  return model;
-}
+const ModelOf<SphereLight> sphere(LightKind::kSphere);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,7 +1,7 @@
 #include "render/core/constants.h"
 #include "render/light/area/area_light.h"
 #include "render/light/area/rectangle_build.h"
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/sampling/warp.h"
 #include "render/shape/triangle_normal.h"
 
@@ -99,9 +99,6 @@ class TriangleLight final : public AreaLight {
 
 }  // namespace
 
-const LightModel& triangle_light() {
-  static const TriangleLight model;
-  return model;
-}
+const ModelOf<TriangleLight> triangle(LightKind::kTriangle);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "render/textbook/radiosity/memory.h"
 
 namespace tessera::render {
@@ -37,27 +37,16 @@ void collect(const MaterialTable& table, std::int32_t material, std::set<std::in
 /// Part of a material that is diffuse reflection: the slot, and how much of that.
 SpectrumSlot diffuse_part(const MaterialTable& table, const MaterialRecord& record) {
   SpectrumSlot base = record.spectra[slot::kReflectance];
-  switch (record.kind) {
-    case BsdfKind::kDiffuse:
-    case BsdfKind::kCoatedDiffuse:
-    case BsdfKind::kPlastic:
-    case BsdfKind::kPhong:
-    case BsdfKind::kDiffuseTransmission:
-      return base;
-    case BsdfKind::kPrincipled:
-    case BsdfKind::kPrincipledThin:
-    case BsdfKind::kGltf: {
-      static_assert(slot::kTransmission == slot::kSpecTrans);
-      const ExtendedRecord& more = table.extended[static_cast<std::size_t>(record.extended)];
-      const float share =
-          (1 - more.scalars[slot::kMetallic].value) * (1 - more.scalars[slot::kSpecTrans].value);
-      if (base.texture >= 0) return share > 0.5f ? base : SpectrumSlot{};
-      for (float& value : base.value) value *= share;
-      return base;
-    }
-    default:
-      return {};
-  }
+  if (record.kind == BsdfKind::kDiffuse) return base;
+  if ((record.flags & kDiffuseBase) == 0) return {};
+  if ((record.flags & kUsesExtended) == 0) return base;
+  // Burley's base and glTF's: metal and glass take their shares.
+  static_assert(slot::kTransmission == slot::kSpecTrans);
+  const ExtendedRecord& more = table.extended[static_cast<std::size_t>(record.extended)];
+  const float share = (1 - more.scalars[slot::kMetallic].value) * (1 - more.scalars[slot::kSpecTrans].value);
+  if (base.texture >= 0) return share > 0.5f ? base : SpectrumSlot{};
+  for (float& value : base.value) value *= share;
+  return base;
 }
 
 bool is_diffuse(const MaterialRecord& record) {
@@ -70,6 +59,7 @@ void make_diffuse(const MaterialTable& table, MaterialRecord& record) {
     const SpectrumSlot diffuse = diffuse_part(table, record);
     record.kind = BsdfKind::kDiffuse;
     record.flags = (record.flags & kKeptFlags) | (diffuse.texture >= 0 ? kHasTextures : 0);
+    record.variants = 0;
     record.spectra[slot::kReflectance] = diffuse;
     record.spectra[1] = {};
     for (ScalarSlot& scalar : record.scalars) scalar = {};

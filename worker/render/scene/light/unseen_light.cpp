@@ -8,7 +8,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "render/light/light_source.h"
-#include "render/scene/material/material_kinds.h"
 
 namespace tessera::render {
 namespace {
@@ -75,7 +74,7 @@ std::string unseen_light(const wire::AlgorithmTraits& algorithm, const SceneTabl
     if (!used[m] || (materials[m].flags & kMixed)) continue;
     if (!(materials[m].flags & kAllDelta)) any_receiver = true;
     const bool passed = algorithm.straight_shadows && tables.straight_shadows && is_clear_glass(materials[m]);
-    if (!delta_surface && has_delta_lobe(materials[m]) && !passed) delta_surface = m;
+    if (!delta_surface && (materials[m].flags & kHasDeltaLobe) && !passed) delta_surface = m;
   }
   if (!delta_surface || !any_receiver) return "";
   const std::string surface = absl::StrCat(

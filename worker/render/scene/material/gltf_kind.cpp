@@ -2,7 +2,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "render/core/constants.h"
 #include "render/scene/material/material_kinds.h"
 #include "wire/scene_numbers.h"
@@ -99,7 +99,7 @@ absl::Status set_gltf(const v1::Material& material, MaterialSlots& slots) {
   const v1::GltfMaterial& gltf = material.gltf();
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kGltf;
-  record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta;
+  record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta | kDiffuseBase;
   ExtendedRecord& extended = slots.extend();
   if (auto s = set_usual_slots(gltf, extended, slots); !s.ok()) return s;
   if (!std::isfinite(gltf.anisotropy_rotation()))

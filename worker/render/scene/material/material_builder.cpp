@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "absl/strings/str_cat.h"
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "render/scene/material/material_kinds.h"
 #include "wire/limits.h"
 
@@ -110,8 +110,7 @@ absl::Status MaterialBuilder::set_mix(const v1::MixMaterial& mix, MaterialSlots&
 
 absl::Status MaterialBuilder::set_sides(const v1::Material& material, MaterialRecord& record) {
   // Principled glass has an inside, and a thin sheet no back.
-  const bool both = (record.flags & kHasInside) || record.kind == BsdfKind::kPrincipledThin;
-  if (material.one_sided() && !both) record.flags |= kOneSided;
+  if (material.one_sided() && !(record.flags & (kHasInside | kSheet))) record.flags |= kOneSided;
   if (material.back().empty()) return absl::OkStatus();
   const auto back = names_.find(material.back());
   if (!back.ok()) return back.status();

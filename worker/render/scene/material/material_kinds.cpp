@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "render/core/constants.h"
 #include "render/scene/values/spectra.h"
 #include "spectra/rgb/scene_rgb.h"
@@ -73,7 +73,7 @@ absl::Status set_conductor(const v1::ConductorMaterial& conductor, MaterialSlots
       !s.ok()) {
     return s;
   }
-  if (is_smooth(record)) record.flags |= kAllDelta;
+  if (is_smooth(record)) record.flags |= kAllDelta | kHasDeltaLobe;
   slots.set_multiple_scattering(conductor.roughness(), 0);
   if (conductor.has_tint()) {
     if (auto s = slots.set_tint(conductor.tint(), slots.extend().spectra[slot::kConductorTint]); !s.ok())
@@ -85,20 +85,20 @@ absl::Status set_conductor(const v1::ConductorMaterial& conductor, MaterialSlots
 absl::Status set_dielectric(const v1::DielectricMaterial& dielectric, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kDielectric;
-  record.flags |= kUsesAlphas | kUsesEta;
+  record.flags |= kUsesAlphas | kUsesEta | kTransmits;
   if (auto s = slots.set_eta(dielectric.eta(), 1.5f); !s.ok()) return s;
   if (auto s = slots.set_tint(dielectric.reflection_tint(), record.spectra[slot::kReflectionTint]); !s.ok())
     return s;
   if (auto s = slots.set_tint(dielectric.transmission_tint(), record.spectra[slot::kTransmissionTint]);
       !s.ok())
     return s;
-  if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
+  if (record.variants & kTinted) record.flags |= kUsesSecondSpectrum;
   if (auto s = slots.set_roughness(dielectric.roughness(), record.scalars[slot::kAlphaX],
                                    record.scalars[slot::kAlphaY]);
       !s.ok()) {
     return s;
   }
-  if (is_smooth(record)) record.flags |= kAllDelta;
+  if (is_smooth(record)) record.flags |= kAllDelta | kHasDeltaLobe;
   slots.set_multiple_scattering(dielectric.roughness(), record.scalars[slot::kEta].value);
   return absl::OkStatus();
 }
@@ -106,21 +106,21 @@ absl::Status set_dielectric(const v1::DielectricMaterial& dielectric, MaterialSl
 absl::Status set_thin_dielectric(const v1::ThinDielectricMaterial& sheet, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kThinDielectric;
-  record.flags |= kAllDelta | kUsesEta;
+  record.flags |= kAllDelta | kHasDeltaLobe | kUsesEta | kTransmits;
   if (sheet.passes_straight()) record.flags |= kPassesStraight;
   if (auto s = slots.set_eta(sheet.eta(), 1.5f); !s.ok()) return s;
   if (auto s = slots.set_tint(sheet.reflection_tint(), record.spectra[slot::kReflectionTint]); !s.ok())
     return s;
   if (auto s = slots.set_tint(sheet.transmission_tint(), record.spectra[slot::kTransmissionTint]); !s.ok())
     return s;
-  if (record.flags & kTinted) record.flags |= kUsesSecondSpectrum;
+  if (record.variants & kTinted) record.flags |= kUsesSecondSpectrum;
   return absl::OkStatus();
 }
 
 absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kCoatedDiffuse;
-  record.flags |= kUsesAlphas | kUsesEta;
+  record.flags |= kUsesAlphas | kUsesEta | kDiffuseBase;
   if (auto s = slots.set_eta(coat.eta(), 1.5f); !s.ok()) return s;
   if (auto s = slots.set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
       !s.ok())
@@ -130,6 +130,7 @@ absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, MaterialSlots& slot
       !s.ok()) {
     return s;
   }
+  if (is_smooth(record)) record.flags |= kHasDeltaLobe;
   const float thickness = coat.has_thickness() ? coat.thickness() : 0;
   if (!(thickness >= 0) || !std::isfinite(thickness))
     return absl::InvalidArgumentError("the thickness of its coat is below 0");
@@ -145,8 +146,8 @@ absl::Status set_plastic(const v1::PlasticMaterial& plastic, MaterialSlots& slot
   MaterialRecord& record = slots.record;
   constexpr float kUsualEta = 1.5046f / 1.000277f;
   record.kind = BsdfKind::kPlastic;
-  record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta;
-  if (plastic.nonlinear()) record.flags |= kNonlinear;
+  record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta | kDiffuseBase;
+  if (plastic.nonlinear()) set_variants(record, kNonlinear);
   if (auto s = slots.set_eta(plastic.eta(), kUsualEta); !s.ok()) return s;
   if (auto s =
           slots.set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
@@ -159,9 +160,12 @@ absl::Status set_plastic(const v1::PlasticMaterial& plastic, MaterialSlots& slot
     return absl::InvalidArgumentError(
         "the roughness of a plastic must be constant and the same along u and v");
   }
-  if (u.value < kSmoothAlpha) u.value = v.value = 0;
-  const BoundaryFacets facets{u.value, (record.flags & kBeckmann) != 0,
-                              (record.flags & kSeparableMasking) != 0};
+  if (is_smooth(record)) {
+    u.value = v.value = 0;
+    record.flags |= kHasDeltaLobe;
+  }
+  const BoundaryFacets facets{u.value, (record.variants & kBeckmann) != 0,
+                              (record.variants & kSeparableMasking) != 0};
   record.coat_table = slots.energies().plastic(record.scalars[slot::kEta].value, facets);
   return absl::OkStatus();
 }
@@ -183,9 +187,9 @@ absl::Status set_coated_conductor(const v1::CoatedConductorMaterial& coated, Mat
                            extended.scalars[slot::kBaseAlphaY].texture < 0 &&
                            std::fmax(extended.scalars[slot::kBaseAlphaX].value,
                                      extended.scalars[slot::kBaseAlphaY].value) < kSmoothAlpha;
-  if (is_smooth(record) && smooth_base) record.flags |= kAllDelta;
-  if (record.flags & (kBeckmann | kSeparableMasking)) {
-    record.flags &= ~(kBeckmann | kSeparableMasking);
+  if (is_smooth(record)) record.flags |= smooth_base ? kAllDelta | kHasDeltaLobe : kHasDeltaLobe;
+  if (record.variants & (kBeckmann | kSeparableMasking)) {
+    record.variants &= ~(kBeckmann | kSeparableMasking);
     slots.warn("its microfacets are GGX with correlated masking");
   }
   const float thickness = coated.has_thickness() ? coated.thickness() : 0;
@@ -207,9 +211,9 @@ absl::Status set_hair(const v1::HairMaterial& hair, MaterialSlots& slots) {
   // Brown hair, for want of anything else: 1.3 times the absorption of eumelanin [d'Eon et al. 2011].
   constexpr spectra::Rgb kBrown{0.5447f, 0.9061f, 1.781f};
   record.kind = BsdfKind::kHair;
-  record.flags |= kUsesAlphas | kUsesEta | kAnisotropic | kPrepared;
+  record.flags |= kUsesAlphas | kUsesEta | kAnisotropic | kPrepared | kTransmits;
   if (!hair.has_sigma_a() && hair.has_reflectance()) {
-    record.flags |= kHairReflectance;
+    set_variants(record, kHairReflectance);
     if (auto s = slots.set_spectrum(hair.reflectance(), {}, record.spectra[slot::kAbsorption]); !s.ok())
       return s;
   } else if (auto s = slots.set_spectrum(hair.sigma_a(), kBrown, record.spectra[slot::kAbsorption]);
@@ -230,7 +234,9 @@ absl::Status set_hair(const v1::HairMaterial& hair, MaterialSlots& slots) {
 absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = principled.thin() ? BsdfKind::kPrincipledThin : BsdfKind::kPrincipled;
-  record.flags |= kUsesAlphas | kUsesEta | kSeparableMasking;
+  record.flags |= kUsesAlphas | kUsesEta | kDiffuseBase;
+  if (principled.thin()) record.flags |= kTransmits | kSheet;
+  set_variants(record, kSeparableMasking);
   ExtendedRecord& extended = slots.extend();
   const struct {
     const v1::FloatValue& value;
@@ -279,9 +285,12 @@ absl::Status set_principled(const v1::PrincipledMaterial& principled, MaterialSl
 absl::Status set_phong(const v1::PhongMaterial& phong, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kPhong;
-  record.flags |= kUsesSecondSpectrum | kUsesEta;
-  if (phong.lobe() == v1::PhongMaterial::BLINN) record.flags |= kBlinn;
-  if (phong.lobe() == v1::PhongMaterial::MIRROR) record.flags |= kMirrorLobe;
+  record.flags |= kUsesSecondSpectrum | kUsesEta | kDiffuseBase;
+  if (phong.lobe() == v1::PhongMaterial::BLINN) set_variants(record, kBlinn);
+  if (phong.lobe() == v1::PhongMaterial::MIRROR) {
+    set_variants(record, kMirrorLobe);
+    record.flags |= kHasDeltaLobe;
+  }
   if (auto s = slots.set_spectrum(phong.diffuse(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
       !s.ok())
     return s;
@@ -294,7 +303,7 @@ absl::Status set_phong(const v1::PhongMaterial& phong, MaterialSlots& slots) {
 absl::Status set_diffuse_transmission(const v1::DiffuseTransmissionMaterial& material, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kDiffuseTransmission;
-  record.flags |= kUsesSecondSpectrum;
+  record.flags |= kUsesSecondSpectrum | kTransmits | kDiffuseBase;
   if (auto s = slots.set_spectrum(material.reflectance(), {0.25f, 0.25f, 0.25f},
                                   record.spectra[slot::kReflectance]);
       !s.ok())
@@ -348,23 +357,6 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots) {
       break;
   }
   return absl::InvalidArgumentError("its kind is missing or unknown");
-}
-
-bool has_delta_lobe(const MaterialRecord& material) {
-  switch (material.kind) {
-    case BsdfKind::kThinDielectric:
-      return true;
-    case BsdfKind::kPhong:
-      return (material.flags & kMirrorLobe) != 0;
-    case BsdfKind::kConductor:
-    case BsdfKind::kDielectric:
-    case BsdfKind::kCoatedDiffuse:
-    case BsdfKind::kPlastic:
-    case BsdfKind::kCoatedConductor:
-      return is_smooth(material);
-    default:
-      return false;
-  }
 }
 
 }  // namespace tessera::render

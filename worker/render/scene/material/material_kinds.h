@@ -1,4 +1,4 @@
-// The kinds of materials, one function each. What the slots mean is in bsdf/slots.h.
+// The kinds of materials, one function each. What the slots mean is in bsdf/kinds.h.
 #pragma once
 
 #include "absl/status/status.h"
@@ -12,9 +12,5 @@ absl::Status set_kind(const v1::Material& material, MaterialSlots& slots);
 
 /// That of glTF's layers.
 absl::Status set_gltf(const v1::Material& material, MaterialSlots& slots);
-
-/// Whether a record that is filled has a delta lobe: a mirror, clear glass, or a clear coat over something
-/// else.
-bool has_delta_lobe(const MaterialRecord& material);
 
 }  // namespace tessera::render

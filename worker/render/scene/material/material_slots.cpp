@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "render/bsdf/slots.h"
+#include "render/bsdf/kinds.h"
 #include "render/scene/values/spectra.h"
 #include "spectra/rgb/scene_rgb.h"
 #include "wire/scene_numbers.h"
@@ -65,14 +65,14 @@ absl::Status MaterialSlots::set_opacity(const v1::FloatValue& value) {
 absl::Status MaterialSlots::set_tint(const v1::SpectrumValue& value, SpectrumSlot& slot) {
   if (auto s = set_spectrum(value, {1, 1, 1}, slot); !s.ok()) return s;
   if (slot.texture >= 0 || slot.value[0] != 1 || slot.value[1] != 1 || slot.value[2] != 1)
-    record.flags |= kTinted;
+    set_variants(record, kTinted);
   return absl::OkStatus();
 }
 
 absl::Status MaterialSlots::set_roughness(const v1::Roughness& roughness, ScalarSlot& u, ScalarSlot& v) {
   if (roughness.remap()) record.flags |= kRemapAlpha;
-  if (roughness.distribution() == v1::Roughness::BECKMANN) record.flags |= kBeckmann;
-  if (roughness.separable_masking()) record.flags |= kSeparableMasking;
+  if (roughness.distribution() == v1::Roughness::BECKMANN) set_variants(record, kBeckmann);
+  if (roughness.separable_masking()) set_variants(record, kSeparableMasking);
   for (const auto& [value, alpha] : {std::pair(&roughness.u(), &u), std::pair(&roughness.v(), &v)}) {
     if (auto s = set_scalar(*value, 0, *alpha); !s.ok()) return s;
     if (alpha->texture >= 0) continue;
@@ -103,12 +103,13 @@ void MaterialSlots::set_multiple_scattering(const v1::Roughness& roughness, floa
   // There is a table for two roughnesses, or for all that are the same along u and v.
   if (u.texture != v.texture) return;
   BalancedFacets facets{.textured = u.texture >= 0,
-                        .beckmann = (record.flags & kBeckmann) != 0,
-                        .separable_masking = (record.flags & kSeparableMasking) != 0,
+                        .beckmann = (record.variants & kBeckmann) != 0,
+                        .separable_masking = (record.variants & kSeparableMasking) != 0,
                         .eta = eta};
   if (!facets.textured) facets.alpha_x = u.value, facets.alpha_y = v.value;
   record.coat_table = inputs_.energies.balance(facets);
-  record.flags |= kBalanced | kUsesEta;
+  record.flags |= kUsesEta;
+  set_variants(record, kBalanced);
 }
 
 ExtendedRecord& MaterialSlots::extend() {

@@ -27,22 +27,8 @@ constexpr double kNowhere = std::numeric_limits<double>::infinity();
 bool is_opaque(const MaterialTable& table, std::int32_t index) {
   if (index < 0) return true;
   const MaterialRecord& material = table.materials[static_cast<std::size_t>(index)];
-  if (material.flags & (kHasOpacity | kPassesStraight)) return false;
-  if (material.flags & kMixed) return is_opaque(table, material.mix_a) && is_opaque(table, material.mix_b);
-  switch (material.kind) {
-    case BsdfKind::kInterface:
-    case BsdfKind::kDielectric:
-    case BsdfKind::kThinDielectric:
-    case BsdfKind::kDiffuseTransmission:
-    case BsdfKind::kHair:
-    case BsdfKind::kPrincipledThin:
-      return false;
-    case BsdfKind::kPrincipled:
-    case BsdfKind::kGltf:
-      return (material.flags & kHasInside) == 0;
-    default:
-      return true;
-  }
+  if (material.flags & (kHasOpacity | kPassesStraight | kTransmits | kHasInside)) return false;
+  return !(material.flags & kMixed) || (is_opaque(table, material.mix_a) && is_opaque(table, material.mix_b));
 }
 
 /// The random numbers of walks, which are the same for every scene.

@@ -11,8 +11,8 @@ void group_for_shading(const ShapeTable& shapes, const MaterialTable& materials,
   // Materials in an order in which neighbours cost least together: of one kind, of one texture.
   const auto key_of = [&](const ShapeRecord& shape) {
     const MaterialRecord& material = materials.materials[static_cast<std::size_t>(shape.material)];
-    return std::tuple(material.kind, material.flags, material.spectra[0].texture, shape.material,
-                      shape.first_light >= 0);
+    return std::tuple(material.kind, material.flags, material.variants, material.spectra[0].texture,
+                      shape.material, shape.first_light >= 0);
   };
   using Key = decltype(key_of(shapes.shapes[0]));
   std::vector<Key> keys;

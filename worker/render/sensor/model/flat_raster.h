@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "render/sampling/warp.h"
-#include "render/sensor/models.h"
+#include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 

@@ -39,13 +39,7 @@ class OrthographicSensor final : public SensorModel {
 
 }  // namespace
 
-const SensorModel& orthographic_sensor() {
-  static const OrthographicSensor model(false);
-  return model;
-}
-const SensorModel& orthographic_lens_sensor() {
-  static const OrthographicSensor model(true);
-  return model;
-}
+const ModelOf<OrthographicSensor> orthographic(SensorKind::kOrthographic, false);
+const ModelOf<OrthographicSensor> orthographic_lens(SensorKind::kOrthographicLens, true);
 
 }  // namespace tessera::render::TESSERA_ISA

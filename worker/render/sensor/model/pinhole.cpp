@@ -22,9 +22,6 @@ class PinholeSensor final : public SensorModel {
 
 }  // namespace
 
-const SensorModel& pinhole_sensor() {
-  static const PinholeSensor model;
-  return model;
-}
+const ModelOf<PinholeSensor> pinhole(SensorKind::kPinhole);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -44,13 +44,7 @@ class OctahedralSensor final : public SensorModel {
 
 }  // namespace
 
-const SensorModel& equirectangular_sensor() {
-  static const EquirectangularSensor model;
-  return model;
-}
-const SensorModel& octahedral_sensor() {
-  static const OctahedralSensor model;
-  return model;
-}
+const ModelOf<EquirectangularSensor> equirectangular(SensorKind::kEquirectangular);
+const ModelOf<OctahedralSensor> octahedral(SensorKind::kOctahedral);
 
 }  // namespace tessera::render::TESSERA_ISA

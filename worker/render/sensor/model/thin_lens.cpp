@@ -29,9 +29,6 @@ class ThinLensSensor final : public SensorModel {
 
 }  // namespace
 
-const SensorModel& thin_lens_sensor() {
-  static const ThinLensSensor model;
-  return model;
-}
+const ModelOf<ThinLensSensor> thin_lens(SensorKind::kThinLens);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -264,9 +264,6 @@ class CsgShape final : public AnalyticShape {
 
 }  // namespace
 
-const AnalyticShape& csg_shape() {
-  static const CsgShape model;
-  return model;
-}
+const ModelOf<CsgShape> csg(ShapeKind::kCsg);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -187,9 +187,6 @@ class ImplicitShape final : public AnalyticShape {
 
 }  // namespace
 
-const AnalyticShape& implicit_shape() {
-  static const ImplicitShape model;
-  return model;
-}
+const ModelOf<ImplicitShape> implicit(ShapeKind::kImplicit);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -8,7 +8,7 @@ namespace {
 
 /// Bumps that bend softly shade their own BSDF.
 Mask is_even(const MaterialPart& part) {
-  return (part.flags & (kLambertian | kBendsSoftly)) == Int(kLambertian);
+  return and_not((part.traits & kLambertian) != 0, (part.flags & kBendsSoftly) != 0);
 }
 
 /// Lobes all of which harmonics of so many bands can keep.

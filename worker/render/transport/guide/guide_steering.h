@@ -10,7 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 /// Lanes of `events` that a guide is for: surfaces that scatter light evenly. Guided glossy ones lose
 /// (docs/decisions/0045-path-guiding.md).
 TESSERA_INLINE Mask guidable(const Vertex& v, Mask events) {
-  return and_not(joinable(v, events) & reflects_only(v.at) & ((v.at.flags & kLambertian) != 0), v.in_medium);
+  return and_not(joinable(v, events) & reflects_only(v.at) & ((v.at.traits & kLambertian) != 0), v.in_medium);
 }
 
 /// The cells of the guide that vertices are in.

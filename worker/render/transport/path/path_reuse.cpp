@@ -110,7 +110,7 @@ void PathReuse::at_second(Encounter& e, Mask lanes) {
   WidePath& path = e.path;
   const Mask found = shareable(v, lanes) & (path.pdf > 0.0f);
   const Mask lambertian =
-      reflects_only(v.at) & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kHasBump) == 0);
+      reflects_only(v.at) & ((v.at.traits & kLambertian) != 0) & ((v.at.flags & kHasBump) == 0);
   const Mask even = found & lambertian;
   // Most of the black ones are lamps.
   const Mask bright = and_not(even, is_black(v.at.params.spectra[slot::kReflectance]));

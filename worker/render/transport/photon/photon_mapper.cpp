@@ -238,7 +238,7 @@ Mask PhotonMapper::sees(const Encounter& e, const DrawnPhoton& photon, float rad
 void PhotonMapper::follow(const Encounter& e, int& kept) {
   const Vertex& v = e.vertex;
   // Nothing that is scattered evenly is followed.
-  const Mask even = e.on_surface & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & kMixed) == 0);
+  const Mask even = e.on_surface & ((v.at.traits & kLambertian) != 0) & ((v.at.flags & kMixed) == 0);
   const Mask wanted = and_not(e.on_surface, even);
   if (none(wanted)) return;
   const BsdfSample bsdf =

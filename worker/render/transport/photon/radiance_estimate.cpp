@@ -126,7 +126,7 @@ Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius
                            GatheredLayers* layers, DrawnPhoton& drawn) {
   const float thickness = kThickness * radius, area = kPi * radius * radius;
   const Mask even =
-      active & ((v.at.flags & kLambertian) != 0) & ((v.at.flags & (kMixed | kBendsSoftly)) == 0);
+      active & ((v.at.traits & kLambertian) != 0) & ((v.at.flags & (kMixed | kBendsSoftly)) == 0);
   Spectrum radiance(0.0f);
   if (any(even)) {
     // Towards the normal the cosine is 1.

@@ -8,8 +8,7 @@ void StraightShadows::scattered(const Encounter& e, Scattering& s) {
   const Mask bent = and_not(s.lanes & bsdf.specular, v.in_medium);
   if (none(bent)) return;
   const Mask glass = clear_glass_at(scene_, v.surface, e.path.direction, bent);
-  const Mask inside = glass & (v.at.kind == static_cast<std::int32_t>(BsdfKind::kDielectric)) &
-                      (dot(v.wo, v.at.frame.z) < 0.0f);
+  const Mask inside = glass & ((v.at.traits & kRefracts) != 0) & (dot(v.wo, v.at.frame.z) < 0.0f);
   const Mask mirrored = and_not(inside, bsdf.transmission), leaving = inside & bsdf.transmission;
   const Mask kept = mirrored | (glass & bsdf.transmission);
   const auto keep = [&](const auto& before, auto& now) { now = select(kept, before, now); };

@@ -16,8 +16,8 @@
 //              share of the base that is transmitted; colours: sheen, what the base transmits
 // further      film: share, index, thickness (nm); half the spread of the indices; direction of the
 // anisotropy
+#include "render/bsdf/bsdf.h"
 #include "render/bsdf/model/gltf/layers.h"
-#include "render/bsdf/models.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -312,9 +312,6 @@ void GltfBsdf::prepare(const TexturePoint&, Mask lanes, BsdfParams& params) cons
   if (matter.filmed) params.film = matter.film_means();
 }
 
-const Bsdf& gltf_bsdf() {
-  static const GltfBsdf model;
-  return model;
-}
+const ModelOf<GltfBsdf> gltf(BsdfKind::kGltf);
 
 }  // namespace tessera::render::TESSERA_ISA

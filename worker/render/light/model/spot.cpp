@@ -1,4 +1,4 @@
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -66,9 +66,6 @@ class SpotLight final : public PositionalLight {
 
 }  // namespace
 
-const PositionalLight& spot_light() {
-  static const SpotLight model;
-  return model;
-}
+const ModelOf<SpotLight> spot(LightKind::kSpot);
 
 }  // namespace tessera::render::TESSERA_ISA

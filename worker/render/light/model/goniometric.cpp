@@ -1,4 +1,4 @@
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/positional_light.h"
 #include "render/sampling/sphere_map.h"
 
@@ -23,9 +23,6 @@ class GoniometricLight final : public PositionalLight {
 
 }  // namespace
 
-const LightModel& goniometric_light() {
-  static const GoniometricLight model;
-  return model;
-}
+const ModelOf<GoniometricLight> goniometric(LightKind::kGoniometric);
 
 }  // namespace tessera::render::TESSERA_ISA

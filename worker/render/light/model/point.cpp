@@ -1,4 +1,4 @@
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -33,9 +33,6 @@ LightSample PositionalLight::sample(const LightTable& table, Int light, const Re
   return s;
 }
 
-const PositionalLight& point_light() {
-  static const PointLight model;
-  return model;
-}
+const ModelOf<PointLight> point(LightKind::kPoint);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,4 +1,4 @@
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/positional_light.h"
 #include "render/light/sphere_cone.h"
 
@@ -14,8 +14,8 @@ namespace {
 /// intensity is the point's.
 class SoftLight final : public LightModel {
  public:
-  explicit SoftLight(const PositionalLight& point)
-      : LightModel({.delta = true, .extended = true}), point_(point) {}
+  /// `point`: the kind that it is but for its size.
+  explicit SoftLight(LightKind point) : LightModel({.delta = true, .extended = true}), point_(point) {}
 
   /// Directions that meet the sphere, uniformly, and one of the two walls; from inside, all directions.
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
@@ -35,7 +35,7 @@ class SoftLight final : public LightModel {
     s.valid = and_not(active & is_finite(s.distance), is_black(s.radiance));
     s.delta = active;
     s.cosine = chord.half_length / c.radius;
-    point_.apply_profile(lanes, s);
+    model().apply_profile(lanes, s);
     return s;
   }
 
@@ -47,7 +47,7 @@ class SoftLight final : public LightModel {
   /// The point's ray, which begins anywhere on the disk that the sphere is across the ray, on either wall.
   Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
                 Mask active) const override {
-    Emission ray = point_.emit(table, light, u_place, u_direction, active);
+    Emission ray = model().emit(table, light, u_place, u_direction, active);
     const Mask behind = u_place.x >= 0.5f;
     u_place.x = 2.0f * u_place.x - select(behind, Float(1.0f), Float(0.0f));
     ray.normal = Frame::from_normal(ray.direction).to_world(square_to_cosine_hemisphere(u_place));
@@ -59,7 +59,7 @@ class SoftLight final : public LightModel {
 
   EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
                                    Vec3 direction, Mask active) const override {
-    EmissionDensity density = point_.emission_density(table, light, point, cosine, direction, active);
+    EmissionDensity density = model().emission_density(table, light, point, cosine, direction, active);
     // Floats hold the inverse.
     constexpr float kLeastArea = 1e-30f;
     const Float radius = LightLanes{table, light, active}.field(&LightRecord::radius);
@@ -68,11 +68,11 @@ class SoftLight final : public LightModel {
   }
 
   double power(const LightTable& table, const LightRecord& light) const override {
-    return point_.power(table, light);
+    return model().power(table, light);
   }
 
   LightBounds bounds(const LightTable& table, const LightRecord& light) const override {
-    LightBounds b = point_.bounds(table, light);
+    LightBounds b = model().bounds(table, light);
     const double r = light.radius;
     b.add(b.low - vec64::Vec{r, r, r});
     b.add(b.high + vec64::Vec{r, r, r});
@@ -93,19 +93,14 @@ class SoftLight final : public LightModel {
     return cone_pdf(one_minus_cos_max(c)) * select(c.usable, Float(0.5f), Float(1.0f));
   }
 
-  const PositionalLight& point_;
+  const PositionalLight& model() const { return static_cast<const PositionalLight&>(light_model(point_)); }
+
+  const LightKind point_;
 };
 
 }  // namespace
 
-const LightModel& soft_point_light() {
-  static const SoftLight model(point_light());
-  return model;
-}
-
-const LightModel& soft_spot_light() {
-  static const SoftLight model(spot_light());
-  return model;
-}
+const ModelOf<SoftLight> soft_point(LightKind::kSoftPoint, LightKind::kPoint);
+const ModelOf<SoftLight> soft_spot(LightKind::kSoftSpot, LightKind::kSpot);
 
 }  // namespace tessera::render::TESSERA_ISA

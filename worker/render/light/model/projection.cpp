@@ -1,4 +1,4 @@
-#include "render/light/models.h"
+#include "render/light/light.h"
 #include "render/light/positional_light.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -44,9 +44,6 @@ class ProjectionLight final : public PositionalLight {
 
 }  // namespace
 
-const LightModel& projection_light() {
-  static const ProjectionLight model;
-  return model;
-}
+const ModelOf<ProjectionLight> projection(LightKind::kProjection);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,7 +1,7 @@
 #include "render/core/affine.h"
 #include "render/light/emission.h"
+#include "render/light/light.h"
 #include "render/light/light_access.h"
-#include "render/light/models.h"
 #include "render/sampling/piecewise2d_sample.h"
 #include "render/sampling/sphere_map.h"
 #include "render/sampling/warp.h"
@@ -212,10 +212,7 @@ class InfiniteLight final : public LightModel {
 
 }  // namespace
 
-const LightModel& infinite_light() {
-  static const InfiniteLight model;
-  return model;
-}
+const ModelOf<InfiniteLight> infinite(LightKind::kInfinite);
 
 Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active) {
   const Environment& e = environment_of(table, light);

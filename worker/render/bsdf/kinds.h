@@ -1,9 +1,38 @@
-// Where the parameters of the models are: indices into the slots of a MaterialRecord and of its
-// ExtendedRecord, and so of BsdfParams. scene/ fills the slots and the models read them; nothing else knows
-// what they mean.
+// The kinds of BSDFs, and what the reader of a kind's message (scene/material) and its model (bsdf/model)
+// agree on: the slots that its parameters are in, and the bits of its variants. Nothing else knows what they
+// mean.
 #pragma once
 
-namespace tessera::render::slot {
+#include <cstdint>
+
+namespace tessera::render {
+
+/// Each kind but kMix has a model, at the end of whose file it is named; kinds from kCount on are those that
+/// add_bsdf() gives.
+enum class BsdfKind : std::int32_t {
+  kInterface,  // nothing there: paths go straight on
+  kDiffuse,
+  kConductor,
+  kDielectric,
+  kThinDielectric,
+  kCoatedDiffuse,
+  kDiffuseTransmission,
+  kPlastic,
+  kCoatedConductor,
+  kHair,
+  kPrincipled,
+  kPrincipledThin,
+  kPhong,
+  kGltf,
+  kMix,  // resolved into its two parts before any BSDF is asked
+  kCount
+};
+
+/// The kind of a surface that is not there.
+inline constexpr BsdfKind kNoSurface = BsdfKind::kInterface;
+
+/// Indices into the slots of a MaterialRecord and of its ExtendedRecord, and so of BsdfParams.
+namespace slot {
 
 // spectra
 inline constexpr int kReflectance = 0;                            // diffuse bases; base colour of principled
@@ -43,4 +72,24 @@ inline constexpr int kFilm = 0, kFilmEta = 1, kFilmThickness = 2, kSpread = 3;
 /// Largest exponent of Phong's and Blinn's lobes: sharper ones have no digits left in single precision.
 inline constexpr float kMostPhongExponent = 1e4f;
 
-}  // namespace tessera::render::slot
+}  // namespace slot
+
+/// Bits of MaterialRecord::variants: forms of a model that it alone asks for. These mean the same in all
+/// models that have them; from kOwnVariant on each model has its own.
+enum CommonVariants : std::int32_t {
+  kBeckmann = 1 << 0,          // microfacets of Beckmann's distribution instead of GGX
+  kSeparableMasking = 1 << 1,  // masking and shadowing multiply instead of being correlated by height
+  kBalanced = 1 << 2,          // Roughness::multiple_scattering; coat_table is of bsdf/tables/balance_table.h
+  kTinted = 1 << 3,            // the tints among the slots are not all 1
+  kOwnVariant = 1 << 4
+};
+enum PlasticVariants : std::int32_t { kNonlinear = kOwnVariant };  // PlasticMaterial::nonlinear
+enum HairVariants : std::int32_t {
+  kHairReflectance = kOwnVariant  // spectra[0] is the colour of much hair, not its absorption
+};
+enum PhongVariants : std::int32_t {
+  kBlinn = kOwnVariant,           // the lobe is of the half vector
+  kMirrorLobe = kOwnVariant << 1  // the lobe is a mirror
+};
+
+}  // namespace tessera::render

@@ -1,7 +1,7 @@
 #include "render/core/constants.h"
 #include "render/light/emission.h"
+#include "render/light/light.h"
 #include "render/light/light_access.h"
-#include "render/light/models.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -41,9 +41,6 @@ class DistantLight final : public LightModel {
 
 }  // namespace
 
-const LightModel& distant_light() {
-  static const DistantLight model;
-  return model;
-}
+const ModelOf<DistantLight> distant(LightKind::kDistant);
 
 }  // namespace tessera::render::TESSERA_ISA
