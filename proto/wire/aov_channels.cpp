@@ -1,8 +1,9 @@
 #include "wire/aov_channels.h"
 
-#include "wire/colour_channels.h"
-
 #include <algorithm>
+
+#include "wire/colour_channels.h"
+#include "wire/enum_words.h"
 
 namespace tessera::wire {
 namespace {
@@ -30,39 +31,14 @@ std::vector<ChannelDesc> colours_of(const std::string& layer, ChannelKind kind =
 }
 
 std::vector<ChannelDesc> channels_of(v1::AOV aov) {
-  using enum ChannelKind;
-  switch (aov) {
-    case v1::AOV_VARIANCE:
-      return colours_of("variance", kSquaredDeviation);
-    case v1::AOV_ALBEDO:
-      return colours_of("albedo");
-    case v1::AOV_NORMAL:
-      return {{"normal.X"}, {"normal.Y"}, {"normal.Z"}};
-    case v1::AOV_DEPTH:
-      return {{"depth.Z"}};
-    case v1::AOV_ID:
-      return {{"id.shape", kFirst}, {"id.instance", kFirst}};
-    case v1::AOV_VISITS:
-      return {{"visits.nodes"}, {"visits.primitives"}};
-    case v1::AOV_POSITION:
-      return {{"position.X"}, {"position.Y"}, {"position.Z"}};
-    case v1::AOV_CAMERA_NORMAL:
-      return {{"camera-normal.X"}, {"camera-normal.Y"}, {"camera-normal.Z"}};
-    case v1::AOV_UV:
-      return {{"uv.U"}, {"uv.V"}};
-    case v1::AOV_MOTION:
-      return {{"motion.U"}, {"motion.V"}};
-    case v1::AOV_MATERIAL_ID:
-      return {{"id.material", kFirst}};
-    case v1::AOV_CRYPTO_OBJECT:
-      return list_of(kObjectList);
-    case v1::AOV_CRYPTO_MATERIAL:
-      return list_of(kMaterialList);
-    case v1::AOV_CRYPTO_ASSET:
-      return list_of(kAssetList);
-    default:
-      return {};  // counts and alpha come with every result; halves are those of other channels
-  }
+  if (aov == v1::AOV_VARIANCE) return colours_of("variance", ChannelKind::kSquaredDeviation);
+  const HitAovRow* const row = find_hit_aov(aov);
+  if (row == nullptr)
+    return {};  // counts and alpha come with every result; halves are those of other channels
+  if (row->kind == ChannelKind::kEntry) return list_of(row->channels[0]);
+  std::vector<ChannelDesc> channels;
+  for (int i = 0; i < row->channel_count(); ++i) channels.push_back({row->channels[i], row->kind});
+  return channels;
 }
 
 }  // namespace
@@ -107,13 +83,13 @@ std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view) {
   return layers;
 }
 
-bool is_first_hit(v1::AOV aov) {
-  return aov == v1::AOV_ALBEDO || aov == v1::AOV_NORMAL || aov == v1::AOV_DEPTH || aov == v1::AOV_ID ||
-         aov == v1::AOV_VISITS || aov >= v1::AOV_POSITION;
-}
+const HitAovRow* find_hit_aov(v1::AOV aov) { return find_hit_aov(word_of(aov)); }
+
+bool is_first_hit(v1::AOV aov) { return find_hit_aov(aov) != nullptr || aov == v1::AOV_HALVES; }
 
 bool is_cryptomatte(v1::AOV aov) {
-  return aov == v1::AOV_CRYPTO_OBJECT || aov == v1::AOV_CRYPTO_MATERIAL || aov == v1::AOV_CRYPTO_ASSET;
+  const HitAovRow* const row = find_hit_aov(aov);
+  return row != nullptr && row->kind == ChannelKind::kEntry;
 }
 
 }  // namespace tessera::wire

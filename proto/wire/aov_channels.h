@@ -5,6 +5,7 @@
 
 #include "layers/automaton.h"
 #include "tessera/v1/job.pb.h"
+#include "wire/aov_list.h"
 #include "wire/tile_result.h"
 
 namespace tessera::wire {
@@ -15,6 +16,9 @@ std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs);
 /// The same, and behind them the channels of the layers: three each, in their order.
 std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view);
 
+/// The AOV's row in the list of those of first hits; null where it is another one.
+const HitAovRow* find_hit_aov(v1::AOV aov);
+
 /// The layers of a job.
 std::vector<layers::Layer> layers_of(const v1::JobSpec::View& view);
 
@@ -24,7 +28,5 @@ bool is_first_hit(v1::AOV aov);
 /// Whether its channels are a list of identifiers (ChannelKind::kEntry), called NAME.id0, NAME.weight0,
 /// NAME.id1 ...
 bool is_cryptomatte(v1::AOV aov);
-inline constexpr const char kObjectList[] = "crypto-object", kMaterialList[] = "crypto-material",
-                            kAssetList[] = "crypto-asset";
 
 }  // namespace tessera::wire

@@ -50,6 +50,9 @@ void fill_in_usual(google::protobuf::Message& message);
 /// null where it has none.
 const FieldType* own_settings(const google::protobuf::Descriptor& type, const std::string& integrator);
 
+/// The number in a field, of an enum its value's, of a switch 0 or 1; 0 for fields of other types.
+double number_in(const google::protobuf::Message& message, const FieldType& field);
+
 /// InvalidArgument, naming the algorithm that has them, where `message`, RenderSettings or Algorithms, has
 /// settings of another algorithm than `integrator`.
 absl::Status check_owner(const google::protobuf::Message& message, const std::string& integrator);

@@ -3,8 +3,29 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace tessera::render {
+
+/// The message of RenderSettings with the integrator's name, as numbers by the names of its fields: for
+/// settings that need no struct. Values of enums are their numbers, on is 1.
+struct OwnSettings {
+  struct Value {
+    std::string name;
+    double number;
+  };
+  std::vector<Value> values;
+
+  /// 0 where there is no such field.
+  double operator[](std::string_view name) const {
+    for (const Value& value : values) {
+      if (value.name == name) return value.number;
+    }
+    return 0;
+  }
+};
 
 /// RenderSettings.photon
 struct PhotonSettings {

@@ -15,20 +15,27 @@
 #include "render/sensor/footprint_record.h"
 #include "render/sensor/sensor_record.h"
 #include "render/shape/shape_table.h"
+#include "wire/aov_list.h"
 
 namespace tessera::render {
 
-/// Layers that a job asks for of the camera rays.
+/// AOVs that a job asks for.
 struct AovRequest {
-  bool albedo = false, normal = false, depth = false, id = false, visits = false;
-  bool position = false, camera_normal = false, uv = false, motion = false, material_id = false;
-  bool crypto_object = false, crypto_material = false, crypto_asset = false;
+  std::uint32_t hit_aovs = 0;  // a bit for each wire::HitAov
   bool halves = false;
 
+  void add(wire::HitAov aov) { hit_aovs |= 1u << static_cast<int>(aov); }
+  bool has(wire::HitAov aov) const { return (hit_aovs >> static_cast<int>(aov) & 1) != 0; }
   /// Whether hits themselves matter: SampleBatch::record_hit().
-  bool of_hits() const {
-    return id || motion || material_id || crypto_object || crypto_material || crypto_asset;
-  }
+  bool of_hits() const { return (hit_aovs & kOfShape) != 0; }
+
+ private:
+  static constexpr std::uint32_t kOfShape = [] {
+    std::uint32_t bits = 0;
+    for (const wire::HitAovRow& row : wire::kHitAovs)
+      if (row.of_shape) bits |= 1u << static_cast<int>(row.aov);
+    return bits;
+  }();
 };
 
 /// So that counting those of a batch costs nothing.
@@ -66,9 +73,8 @@ struct SceneTables {
   float shared_caution = 1;    // factor of kRouletteCaution, once neighbours share what a path finds
   AovRequest aovs;
   LayerTable layers;
+  OwnSettings own;  // the integrator's
   IrradianceCacheSettings irradiance_cache;
-  float occlusion_distance = 0;  // ambient occlusion: within which things hide the sky; 0: any
-  double guiding_samples = 0;    // paths a pixel that guides are learned from
   RadiositySettings radiosity;
   PreviewSettings preview;
   PhotonSettings photon;

@@ -101,7 +101,7 @@ TEST(Raster, NearAndFarPlanesOfTheCameraClip) {
   EXPECT_LE(explained, 64 * 64 / 20);
   // With a far plane: nothing beyond it has a depth.
   tables.sensor.far_clip = 5;
-  tables.aovs.depth = true;
+  tables.aovs.add(wire::HitAov::kDepth);
   const wire::TileResult picture = preview_picture(*content, tables, {v1::AOV_DEPTH});
   int seen = 0;
   for (std::size_t i = 0; i < picture.pixel_count(); ++i) {
@@ -175,7 +175,7 @@ TEST(Raster, DepthIsThatOfRays) {
       });
   ASSERT_NE(content, nullptr);
   SceneTables tables = content->tables;
-  tables.aovs.depth = true;
+  tables.aovs.add(wire::HitAov::kDepth);
   const wire::TileResult picture = preview_picture(*content, tables, {v1::AOV_DEPTH});
   const Items raster = items_by_raster(tables, *content->rays), cast = items_by_rays(tables, *content->rays);
   int compared = 0;

@@ -21,7 +21,7 @@ TEST(ReadSettings, WhatIsNotSpecifiedIsTheDefault) {
   EXPECT_EQ(settings.intersection, v1::INTERSECTION_UNSPECIFIED);
   EXPECT_EQ(settings.light_selection, LightSelection::kAuto);
   EXPECT_FALSE(settings.single_rays);
-  EXPECT_FALSE(settings.aovs.albedo || settings.aovs.normal || settings.aovs.depth);
+  EXPECT_EQ(settings.aovs.hit_aovs, 0u);
 }
 
 TEST(ReadSettings, TakesWhatTheJobNames) {
@@ -36,8 +36,8 @@ TEST(ReadSettings, TakesWhatTheJobNames) {
   EXPECT_EQ(settings.intersection, v1::INTERSECTION_ROBUST);
   EXPECT_TRUE(settings.single_rays);
   EXPECT_EQ(settings.light_selection, LightSelection::kTree);
-  EXPECT_TRUE(settings.aovs.normal);
-  EXPECT_FALSE(settings.aovs.depth);
+  EXPECT_TRUE(settings.aovs.has(wire::HitAov::kNormal));
+  EXPECT_FALSE(settings.aovs.has(wire::HitAov::kDepth));
   const Settings by_chance = settings_of(
       "content { algorithms { direct_light: DIRECT_LIGHT_BSDF light_selection: LIGHT_SELECTION_TREE } }");
   EXPECT_EQ(by_chance.light_selection, LightSelection::kNone);

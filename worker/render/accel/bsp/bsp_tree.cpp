@@ -177,4 +177,9 @@ BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads, st
   return tree;
 }
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, BspTree& tree) {
+  tree = build_bsp_tree(primitives, options.threads, options.stop);
+  return absl::OkStatus();
+}
+
 }  // namespace tessera::render

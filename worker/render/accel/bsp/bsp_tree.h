@@ -3,7 +3,9 @@
 
 #include <stop_token>
 
+#include "absl/status/status.h"
 #include "render/accel/structure/cell_tree.h"
+#include "render/accel/structure/structure_options.h"
 
 namespace tessera::render {
 
@@ -17,5 +19,6 @@ using BspTree = CellTree<BspNode>;
 
 /// The same tree for any number of threads.
 BspTree build_bsp_tree(const std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, BspTree& tree);
 
 }  // namespace tessera::render

@@ -222,4 +222,16 @@ Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads, std
   return tree;
 }
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, Bvh& tree,
+                        BvhRule rule) {
+  tree = build_bvh(rule, primitives, options.threads, options.stop);
+  if (!options.wide) return absl::OkStatus();
+  widen(primitives, tree, options.stop);
+  if (tree.wide.nodes.empty()) return absl::OkStatus();
+  // The folded tree is walked alone.
+  tree.figures.bytes -= tree.nodes.size() * sizeof(BvhNode);
+  tree.nodes = {};
+  return absl::OkStatus();
+}
+
 }  // namespace tessera::render

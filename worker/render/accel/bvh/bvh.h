@@ -9,8 +9,10 @@
 #include <stop_token>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "render/accel/structure/figures.h"
 #include "render/accel/structure/primitive.h"
+#include "render/accel/structure/structure_options.h"
 #include "render/accel/wide/wide_tree.h"
 
 namespace tessera::render {
@@ -43,6 +45,9 @@ inline constexpr int kBvhDepth = 96;
 /// Brings the primitives into the order of the leaves. The same tree for any number of threads. Like all
 /// builders of structures, throws Stopped once a stop is requested.
 Bvh build_bvh(BvhRule rule, std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
+
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, Bvh& tree,
+                        BvhRule rule);
 
 Box child_box(const BvhNode& node, int c);
 

@@ -192,4 +192,11 @@ absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double
   return grid;
 }
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, Grid& tree) {
+  absl::StatusOr<Grid> grid = build_grid(primitives, options.grid_density, options.threads, options.stop);
+  if (!grid.ok()) return grid.status();
+  tree = *std::move(grid);
+  return absl::OkStatus();
+}
+
 }  // namespace tessera::render

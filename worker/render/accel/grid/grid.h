@@ -9,6 +9,7 @@
 #include "absl/status/statusor.h"
 #include "render/accel/structure/figures.h"
 #include "render/accel/structure/primitive.h"
+#include "render/accel/structure/structure_options.h"
 
 namespace tessera::render {
 
@@ -30,8 +31,6 @@ struct Grid {
   }
 };
 
-/// Cells for each primitive: three along each axis for one that it would have to itself.
-inline constexpr double kGridDensity = 27;
 /// Bound of a grid's memory, at 4 bytes a cell.
 inline constexpr double kMostGridCells = 0x1p28;
 /// How often a primitive may lie in a cell, in the mean; few primitives may do so more often. Where they
@@ -41,5 +40,6 @@ inline constexpr double kGridItems = 64, kLeastGridItems = 0x1p20;
 /// ResourceExhausted, with both numbers, for more cells than that. The same grid for any number of threads.
 absl::StatusOr<Grid> build_grid(const std::vector<Primitive>& primitives, double density, int threads,
                                 std::stop_token stop = {});
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, Grid& tree);
 
 }  // namespace tessera::render

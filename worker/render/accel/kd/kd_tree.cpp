@@ -143,4 +143,18 @@ KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int 
   return tree;
 }
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, KdTree& tree,
+                        KdRule rule) {
+  tree = build_kd_tree(rule, primitives, options.threads, options.stop);
+  if (options.wide) widen(primitives, tree, options.stop);
+  return absl::OkStatus();
+}
+
+StructureFigures figures_of(const KdTree& tree) {
+  StructureFigures figures = tree.figures();
+  figures.bytes += tree.wide.bytes();
+  figures.sah_cost = kd_sah_cost(tree);
+  return figures;
+}
+
 }  // namespace tessera::render

@@ -4,8 +4,10 @@
 
 #include <stop_token>
 
+#include "absl/status/status.h"
 #include "render/accel/structure/cell_tree.h"
 #include "render/accel/structure/forks.h"
+#include "render/accel/structure/structure_options.h"
 #include "render/accel/wide/wide_tree.h"
 
 namespace tessera::render {
@@ -54,7 +56,13 @@ KdTree build_kd_tree(KdRule rule, const std::vector<Primitive>& primitives, int 
 /// Makes `tree.wide` of its nodes.
 void widen(const std::vector<Primitive>& primitives, KdTree& tree, std::stop_token stop = {});
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, KdTree& tree,
+                        KdRule rule);
+
 /// Expected cost of a ray that meets the tree's box.
 double kd_sah_cost(const KdTree& tree);
+
+/// Those of the cells, of the tree folded wide, and the cost.
+StructureFigures figures_of(const KdTree& tree);
 
 }  // namespace tessera::render

@@ -90,4 +90,9 @@ Octree build_octree(const std::vector<Primitive>& primitives, int threads, std::
   return tree;
 }
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, Octree& tree) {
+  tree = build_octree(primitives, options.threads, options.stop);
+  return absl::OkStatus();
+}
+
 }  // namespace tessera::render

@@ -3,7 +3,9 @@
 
 #include <stop_token>
 
+#include "absl/status/status.h"
 #include "render/accel/structure/cell_tree.h"
+#include "render/accel/structure/structure_options.h"
 
 namespace tessera::render {
 
@@ -16,5 +18,6 @@ using Octree = CellTree<OctreeNode>;
 
 /// The same tree for any number of threads.
 Octree build_octree(const std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives, Octree& tree);
 
 }  // namespace tessera::render

@@ -97,4 +97,10 @@ SphereTree build_sphere_tree(std::vector<Primitive>& primitives, int threads, st
   return tree;
 }
 
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives,
+                        SphereTree& tree) {
+  tree = build_sphere_tree(primitives, options.threads, options.stop);
+  return absl::OkStatus();
+}
+
 }  // namespace tessera::render

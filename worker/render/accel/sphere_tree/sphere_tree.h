@@ -6,8 +6,10 @@
 #include <stop_token>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "render/accel/structure/figures.h"
 #include "render/accel/structure/primitive.h"
+#include "render/accel/structure/structure_options.h"
 
 namespace tessera::render {
 
@@ -24,5 +26,7 @@ struct SphereTree {
 
 /// Brings the primitives into the order of the leaves. Halves at the median object, as the BVH does.
 SphereTree build_sphere_tree(std::vector<Primitive>& primitives, int threads, std::stop_token stop = {});
+absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>& primitives,
+                        SphereTree& tree);
 
 }  // namespace tessera::render

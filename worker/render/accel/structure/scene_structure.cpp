@@ -1,6 +1,7 @@
 #include "render/accel/structure/scene_structure.h"
 
 #include <exception>
+#include <type_traits>
 
 #include "absl/strings/str_cat.h"
 #include "render/core/stopped.h"
@@ -10,63 +11,7 @@ namespace tessera::render {
 
 namespace {
 
-// How each kind of tree is built, and what is told of it.
-
-absl::Status build_tree(StructureKind, const StructureOptions&, std::vector<Primitive>& primitives,
-                        Brute& tree) {
-  tree.count = static_cast<std::uint32_t>(primitives.size());
-  tree.figures.leaves = !primitives.empty();
-  tree.figures.references = primitives.size();
-  return absl::OkStatus();
-}
-
-absl::Status build_tree(StructureKind kind, const StructureOptions& options,
-                        std::vector<Primitive>& primitives, Bvh& tree) {
-  tree = build_bvh(kind == StructureKind::kBvhSah ? BvhRule::kSah : BvhRule::kMedian, primitives,
-                   options.threads, options.stop);
-  if (!options.wide) return absl::OkStatus();
-  widen(primitives, tree, options.stop);
-  if (tree.wide.nodes.empty()) return absl::OkStatus();
-  // The folded tree is walked alone.
-  tree.figures.bytes -= tree.nodes.size() * sizeof(BvhNode);
-  tree.nodes = {};
-  return absl::OkStatus();
-}
-
-absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
-                        SphereTree& tree) {
-  tree = build_sphere_tree(primitives, options.threads, options.stop);
-  return absl::OkStatus();
-}
-
-absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
-                        Grid& tree) {
-  absl::StatusOr<Grid> grid = build_grid(primitives, options.grid_density, options.threads, options.stop);
-  if (!grid.ok()) return grid.status();
-  tree = *std::move(grid);
-  return absl::OkStatus();
-}
-
-absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
-                        Octree& tree) {
-  tree = build_octree(primitives, options.threads, options.stop);
-  return absl::OkStatus();
-}
-
-absl::Status build_tree(StructureKind, const StructureOptions& options, std::vector<Primitive>& primitives,
-                        BspTree& tree) {
-  tree = build_bsp_tree(primitives, options.threads, options.stop);
-  return absl::OkStatus();
-}
-
-absl::Status build_tree(StructureKind kind, const StructureOptions& options,
-                        std::vector<Primitive>& primitives, KdTree& tree) {
-  tree = build_kd_tree(kind == StructureKind::kKdSah ? KdRule::kSah : KdRule::kMedian, primitives,
-                       options.threads, options.stop);
-  if (options.wide) widen(primitives, tree, options.stop);
-  return absl::OkStatus();
-}
-
+/// What is told of a tree, unless its folder has a figures_of() of its own.
 template <class Tree>
 StructureFigures figures_of(const Tree& tree) {
   return tree.figures;
@@ -74,12 +19,6 @@ StructureFigures figures_of(const Tree& tree) {
 template <class Node>
 StructureFigures figures_of(const CellTree<Node>& tree) {
   return tree.figures();
-}
-StructureFigures figures_of(const KdTree& tree) {
-  StructureFigures figures = tree.figures();
-  figures.bytes += tree.wide.bytes();
-  figures.sah_cost = kd_sah_cost(tree);
-  return figures;
 }
 
 }  // namespace
@@ -93,7 +32,12 @@ absl::Status TreeStructure<Tree>::build_level(const StructureOptions& options, L
     return absl::ResourceExhaustedError(
         absl::StrCat(level.primitives.size(), " primitives in one structure; at most ", kMostPrimitives));
   }
-  if (auto s = build_tree(kind_, options, level.primitives, level.tree); !s.ok()) return s;
+  absl::Status built;
+  with_structure(kind_, [&]<class Row>(const Row&) {
+    if constexpr (std::is_same_v<typename Row::Tree, Tree>)
+      built = Row::build(options, level.primitives, level.tree);
+  });
+  if (!built.ok()) return built;
   StructureFigures figures = figures_of(level.tree);
   figures.primitives = level.primitives.size();
   figures.bytes += sizeof(Primitive) * level.primitives.size();
@@ -188,25 +132,11 @@ absl::StatusOr<std::unique_ptr<SceneStructure>> build_structure(StructureKind ki
                                                                 const TextureTable& textures,
                                                                 const AnalyticBounds& analytic,
                                                                 const StructureOptions& options) {
-  switch (kind) {
-    case StructureKind::kBrute:
-      return build_of<Brute>(kind, shapes, textures, analytic, options);
-    case StructureKind::kBvhMedian:
-    case StructureKind::kBvhSah:
-      return build_of<Bvh>(kind, shapes, textures, analytic, options);
-    case StructureKind::kSphereTree:
-      return build_of<SphereTree>(kind, shapes, textures, analytic, options);
-    case StructureKind::kGrid:
-      return build_of<Grid>(kind, shapes, textures, analytic, options);
-    case StructureKind::kOctree:
-      return build_of<Octree>(kind, shapes, textures, analytic, options);
-    case StructureKind::kBsp:
-      return build_of<BspTree>(kind, shapes, textures, analytic, options);
-    case StructureKind::kKdMedian:
-    case StructureKind::kKdSah:
-      return build_of<KdTree>(kind, shapes, textures, analytic, options);
-  }
-  return absl::InvalidArgumentError("no such structure");
+  absl::StatusOr<std::unique_ptr<SceneStructure>> structure = absl::InvalidArgumentError("no such structure");
+  with_structure(kind, [&]<class Row>(const Row&) {
+    structure = build_of<typename Row::Tree>(kind, shapes, textures, analytic, options);
+  });
+  return structure;
 }
 
 }  // namespace tessera::render

@@ -2,49 +2,20 @@
 #pragma once
 
 #include <memory>
-#include <stop_token>
-#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "render/accel/brute/brute.h"
-#include "render/accel/bsp/bsp_tree.h"
-#include "render/accel/bvh/bvh.h"
-#include "render/accel/grid/grid.h"
-#include "render/accel/kd/kd_tree.h"
-#include "render/accel/octree/octree.h"
 #include "render/accel/ray_query.h"
 #include "render/accel/ray_structure.h"
-#include "render/accel/sphere_tree/sphere_tree.h"
 #include "render/accel/structure/figures.h"
 #include "render/accel/structure/primitive_list.h"
+#include "render/accel/structure/structure_list.h"
 #include "render/shape/exact_affine.h"
 
 namespace tessera::render {
 
 struct ShapeTable;
 struct TextureTable;
-
-/// All but Embree's. BVH and kd-tree are built in two ways each.
-enum class StructureKind {
-  kBrute,
-  kBvhMedian,
-  kBvhSah,
-  kSphereTree,
-  kGrid,
-  kOctree,
-  kBsp,
-  kKdMedian,
-  kKdSah
-};
-
-struct StructureOptions {
-  int threads = 1;
-  bool wide = false;  // sixteen boxes at a step, where a structure can (BVH); else as it is read
-  double grid_density = kGridDensity;  // cells a primitive
-  bool shadow_cache = false;           // shadow rays are tested against the last occluder first
-  std::stop_token stop = {};
-};
 
 /// Asked by kernels, which know from the kind what it holds (structure_query.h).
 class SceneStructure : public RayStructure {

@@ -6,14 +6,8 @@
 #include <limits>
 #include <tuple>
 
-#include "render/accel/brute/brute_walk.h"
-#include "render/accel/bsp/bsp_walk.h"
-#include "render/accel/bvh/bvh_walk.h"
-#include "render/accel/grid/grid_walk.h"
-#include "render/accel/kd/kd_walk.h"
-#include "render/accel/octree/octree_walk.h"
-#include "render/accel/sphere_tree/sphere_walk.h"
 #include "render/accel/structure/meet.h"
+#include "render/accel/structure/structure_list.h"
 #include "render/shape/analytic_shape.h"
 #include "render/shape/implicit/mark_cells.h"
 #include "render/shape/place.h"
@@ -276,25 +270,10 @@ std::unique_ptr<RayQuery> query_of(const SceneStructure& structure) {
 }
 
 std::unique_ptr<RayQuery> make_structure_query(const SceneStructure& structure) {
-  switch (structure.kind()) {
-    case StructureKind::kBrute:
-      return query_of<Brute>(structure);
-    case StructureKind::kBvhMedian:
-    case StructureKind::kBvhSah:
-      return query_of<Bvh>(structure);
-    case StructureKind::kSphereTree:
-      return query_of<SphereTree>(structure);
-    case StructureKind::kGrid:
-      return query_of<Grid>(structure);
-    case StructureKind::kOctree:
-      return query_of<Octree>(structure);
-    case StructureKind::kBsp:
-      return query_of<BspTree>(structure);
-    case StructureKind::kKdMedian:
-    case StructureKind::kKdSah:
-      return query_of<KdTree>(structure);
-  }
-  return nullptr;
+  std::unique_ptr<RayQuery> query;
+  with_structure(structure.kind(),
+                 [&]<class Row>(const Row&) { query = query_of<typename Row::Tree>(structure); });
+  return query;
 }
 
 std::int32_t count_analytic(const ShapeTable& table, std::int32_t shape) {

@@ -63,11 +63,13 @@ TESSERA_MEMBERS(LayerAutomaton, states, events, ends, begin, next, layers, shado
 TESSERA_MEMBERS(LayerTable, count, tells_lobes, has_shadows, from_camera, from_lights, joined, unweighted,
                 of_any_strategy, of_strategies, first_event_of_shape, source_of_light, one_source,
                 source_of_media)
+TESSERA_MEMBERS(OwnSettings::Value, name, number)
+TESSERA_MEMBERS(OwnSettings, values)
 TESSERA_MEMBERS(SceneTables, shapes, materials, textures, lights, media, sensor, footprint, filter,
-                render_origin, sampler, max_depth, shared_caution, aovs, layers, irradiance_cache,
-                occlusion_distance, guiding_samples, radiosity, preview, photon, metropolis, shading_group,
-                shading_groups, any_textures, any_tangents, any_filtered, any_mix, any_opacity, paths_pass,
-                volumetric, straight_shadows, any_motion)
+                render_origin, sampler, max_depth, shared_caution, aovs, layers, own, irradiance_cache,
+                radiosity, preview, photon, metropolis, shading_group, shading_groups, any_textures,
+                any_tangents, any_filtered, any_mix, any_opacity, paths_pass, volumetric, straight_shadows,
+                any_motion)
 
 }  // namespace render
 

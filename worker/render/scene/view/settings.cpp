@@ -1,8 +1,13 @@
 #include "render/scene/view/settings.h"
 
+#include <google/protobuf/descriptor.h>
+
 #include <algorithm>
 
+#include "wire/aov_channels.h"
+#include "wire/enum_words.h"
 #include "wire/limits.h"
+#include "wire/settings.h"
 
 namespace tessera::render {
 
@@ -25,28 +30,23 @@ LightSelection selection_of(const v1::Algorithms& asked) {
 }
 
 std::optional<StructureKind> structure_of(v1::Accelerator asked) {
-  switch (asked) {
-    case v1::ACCELERATOR_BRUTE:
-      return StructureKind::kBrute;
-    case v1::ACCELERATOR_BVH_MEDIAN:
-      return StructureKind::kBvhMedian;
-    case v1::ACCELERATOR_BVH_SAH:
-      return StructureKind::kBvhSah;
-    case v1::ACCELERATOR_SPHERE_TREE:
-      return StructureKind::kSphereTree;
-    case v1::ACCELERATOR_GRID:
-      return StructureKind::kGrid;
-    case v1::ACCELERATOR_OCTREE:
-      return StructureKind::kOctree;
-    case v1::ACCELERATOR_BSP:
-      return StructureKind::kBsp;
-    case v1::ACCELERATOR_KD_MEDIAN:
-      return StructureKind::kKdMedian;
-    case v1::ACCELERATOR_KD_SAH:
-      return StructureKind::kKdSah;
-    default:
-      return std::nullopt;
+  std::optional<StructureKind> kind;
+  for_each_structure([&, word = wire::word_of(asked)](const auto& row) {
+    if (row.name == word) kind = row.kKind;
+  });
+  return kind;
+}
+
+OwnSettings own_settings(const v1::Algorithms& asked) {
+  OwnSettings result;
+  const wire::FieldType* const own = wire::own_settings(*asked.GetDescriptor(), asked.integrator());
+  if (own == nullptr) return result;
+  const google::protobuf::Message& message = asked.GetReflection()->GetMessage(asked, own);
+  for (int i = 0; i < own->message_type()->field_count(); ++i) {
+    const wire::FieldType& field = *own->message_type()->field(i);
+    result.values.push_back({field.name(), wire::number_in(message, field)});
   }
+  return result;
 }
 
 ShadowKind shadows_of(v1::Shadows asked) {
@@ -87,6 +87,7 @@ Settings read_settings(const v1::JobSpec& job) {
   const v1::Algorithms& asked = job.content().algorithms();
   Settings result;
   result.algorithm = wire::find_algorithm(asked.integrator());
+  result.own = own_settings(asked);
   result.structure = structure_of(asked.accelerator());
   result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
   if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
@@ -128,23 +129,10 @@ Settings read_settings(const v1::JobSpec& job) {
   }
   result.sampler.seed = view.seed();
   result.max_depth = static_cast<std::int32_t>(std::min(view.max_depth(), wire::kMaxDepth));
-  result.occlusion_distance = static_cast<float>(asked.ao().distance());
-  result.guiding_samples = asked.guided().samples();
   for (const int aov : view.aovs()) {
-    if (aov == v1::AOV_ALBEDO) result.aovs.albedo = true;
-    if (aov == v1::AOV_NORMAL) result.aovs.normal = true;
-    if (aov == v1::AOV_DEPTH) result.aovs.depth = true;
-    if (aov == v1::AOV_ID) result.aovs.id = true;
-    if (aov == v1::AOV_VISITS) result.aovs.visits = true;
-    if (aov == v1::AOV_POSITION) result.aovs.position = true;
-    if (aov == v1::AOV_CAMERA_NORMAL) result.aovs.camera_normal = true;
-    if (aov == v1::AOV_UV) result.aovs.uv = true;
-    if (aov == v1::AOV_MOTION) result.aovs.motion = true;
-    if (aov == v1::AOV_MATERIAL_ID) result.aovs.material_id = true;
-    if (aov == v1::AOV_CRYPTO_OBJECT) result.aovs.crypto_object = true;
-    if (aov == v1::AOV_CRYPTO_MATERIAL) result.aovs.crypto_material = true;
-    if (aov == v1::AOV_CRYPTO_ASSET) result.aovs.crypto_asset = true;
     if (aov == v1::AOV_HALVES) result.aovs.halves = true;
+    const wire::HitAovRow* const row = wire::find_hit_aov(static_cast<v1::AOV>(aov));
+    if (row != nullptr) result.aovs.add(row->aov);
   }
   result.preview.shadows = shadows_of(asked.preview().shadows());
   result.preview.ambient = static_cast<float>(asked.preview().ambient());

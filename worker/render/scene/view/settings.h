@@ -17,9 +17,8 @@ struct Settings {
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
   AovRequest aovs;
+  OwnSettings own;  // the algorithm's
   IrradianceCacheSettings irradiance_cache;
-  float occlusion_distance = 0;  // 0: any
-  double guiding_samples = 0;    // a pixel
   RadiositySettings radiosity;
   bool ignore_non_diffuse = false;
   PreviewSettings preview;

@@ -42,7 +42,7 @@ absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
 std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
                                          const v1::JobSpec& job, const Settings& settings,
                                          const RenderSpace& space, FaultList& faults) {
-  if (settings.aovs.motion && camera.has_spherical()) {
+  if (settings.aovs.has(wire::HitAov::kMotion) && camera.has_spherical()) {
     faults.add(
         camera, place,
         absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
@@ -80,8 +80,7 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
     check_film(absl::InvalidArgumentError("film: the exposure is not finite"));
   tables.sampler = settings.sampler;
   tables.max_depth = settings.max_depth;
-  tables.occlusion_distance = settings.occlusion_distance;
-  tables.guiding_samples = settings.guiding_samples;
+  tables.own = settings.own;
   tables.aovs = settings.aovs;
   for (int i = 0; i < 3; ++i) tables.render_origin[i] = static_cast<float>(space.origin[i]);
   tables.irradiance_cache = settings.irradiance_cache;

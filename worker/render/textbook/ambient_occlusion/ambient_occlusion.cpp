@@ -1,5 +1,6 @@
 #include "render/textbook/ambient_occlusion/ambient_occlusion.h"
 
+#include "render/integrator/algorithm_list.h"
 #include "render/integrator/stage_timer.h"
 #include "render/light/light_access.h"
 #include "render/sampling/warp.h"
@@ -20,7 +21,8 @@ bool AmbientOcclusion::render(SampleSource& work, Film& film, std::stop_token st
 
 void AmbientOcclusion::look_around() {
   const StageTimer timer(stats_.times, Stage::kShading);
-  const float reach = scene_.occlusion_distance > 0 ? scene_.occlusion_distance : kInfiniteDistance;
+  const auto distance = static_cast<float>(scene_.own["distance"]);
+  const float reach = distance > 0 ? distance : kInfiniteDistance;
   for (int i = 0; i < batch_.size(); i += kWidth) {
     Encounter e(scene_, batch_, camera_rays_, hits_, 0, i, Mask::first(batch_.size() - i));
     const Mask hit = e.on_surface;
@@ -43,5 +45,7 @@ void AmbientOcclusion::trace() {
   const StageTimer timer(stats_.times, Stage::kShadow);
   batch_.trace(around_);
 }
+
+const ListedAlgorithm ambient_occlusion{{"ao", &make<AmbientOcclusion>}};
 
 }  // namespace tessera::render::TESSERA_ISA

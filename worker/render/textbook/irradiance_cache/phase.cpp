@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "render/film/film_part.h"
+#include "render/integrator/algorithm_list.h"
 #include "render/sensor/sensor.h"
 #include "render/textbook/irradiance_cache/gather.h"
 #include "render/textbook/irradiance_cache/irradiance_cache.h"
@@ -192,5 +193,10 @@ std::unique_ptr<const Prepared> prepare_records(const SceneTables& scene,
   return std::make_unique<IrradianceCache>(std::move(all.even), scene.irradiance_cache.error,
                                            std::move(all.glossy));
 }
+
+// Both phases do the same; the second reads what the first has made.
+constexpr AlgorithmPhase kPhases[] = {{&make_records, &merge_records}, {&make_records, &merge_records}};
+const ListedAlgorithm irradiance_cache{
+    {"irradiance-cache", &make<IrradianceCached>, kPhases, &prepare_records}};
 
 }  // namespace tessera::render::TESSERA_ISA

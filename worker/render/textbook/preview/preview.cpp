@@ -1,6 +1,7 @@
 #include "render/textbook/preview/preview.h"
 
 #include "render/core/constants.h"
+#include "render/integrator/algorithm_list.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sampling/hash.h"
 #include "render/sensor/sensor.h"
@@ -147,5 +148,7 @@ Spectrum Preview::reflected(const Vertex& v, Int slot, Mask hit) const {
   }
   return sum;
 }
+
+const ListedAlgorithm preview{{.name = "preview", .make = &make<Preview>, .prepare = &Preview::prepare}};
 
 }  // namespace tessera::render::TESSERA_ISA

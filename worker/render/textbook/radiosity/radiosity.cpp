@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "render/core/constants.h"
+#include "render/integrator/algorithm_list.h"
 #include "render/integrator/stage_timer.h"
 #include "render/light/selection/pick.h"
 #include "render/transport/vertex/met_light.h"
@@ -130,5 +131,8 @@ void Radiosity::scatter(const Encounter& e, Mask wanted, int& kept) {
   // Entries are read 16 at a time before they are overwritten.
   kept += append(scene_, next, and_not(wanted & bsdf.valid, is_black(next.beta)), paths_, kept);
 }
+
+const ListedAlgorithm listed_radiosity{
+    {"radiosity", &make<Radiosity>, radiosity::kPhases, &radiosity::prepare}};
 
 }  // namespace tessera::render::TESSERA_ISA

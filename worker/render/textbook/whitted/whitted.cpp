@@ -1,6 +1,7 @@
 #include "render/textbook/whitted/whitted.h"
 
 #include "render/core/constants.h"
+#include "render/integrator/algorithm_list.h"
 #include "render/integrator/stage_timer.h"
 #include "render/transport/vertex/met_light.h"
 
@@ -126,5 +127,8 @@ void Whitted::follow(Level& next, int& reflected, int& refracted) const {
     send(last, last.pdf, and_not(others, same), next.refracted, refracted);
   }
 }
+
+const ListedAlgorithm whitted{{"whitted", &make<Whitted>}};
+const ListedAlgorithm raycast{{"raycast", &make_for_one_event<Whitted, Whitted::Mirrors::kBlack>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,5 +1,6 @@
 #include "render/transport/bdpt/bidirectional.h"
 
+#include "render/integrator/algorithm_list.h"
 #include "render/sensor/sensor.h"
 #include "render/transport/bdpt/merging.h"
 #include "render/transport/vertex/dimensions.h"
@@ -126,5 +127,7 @@ void Bidirectional::trace_joins(int depth) {
   }
   batch_.trace(joins_);
 }
+
+const ListedAlgorithm bdpt{{"bdpt", &make<Bidirectional>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "render/core/constants.h"
+#include "render/integrator/algorithm_list.h"
+#include "render/transport/bdpt/bidirectional.h"
 #include "render/transport/photon_map/photon_steps.h"
 #include "render/transport/photon_map/radius_of_pass.h"
 
@@ -72,5 +74,12 @@ Spectrum Merging::gather(const Vertex& at, const PartialWeights& eye, int depth,
   if (layers != nullptr) layers->sums.scale(Spectrum(1.0f / area()));
   return sum * (1.0f / area());
 }
+
+std::unique_ptr<Integrator> make_vcm(const IntegratorContext& context) {
+  const StageTimer timer(context.stats.times, Stage::kCamera);
+  return std::make_unique<Bidirectional>(context, StrategyFilter{}, std::make_unique<Merging>(context.scene));
+}
+
+const ListedAlgorithm vcm{{"vcm", &make_vcm}};
 
 }  // namespace tessera::render::TESSERA_ISA

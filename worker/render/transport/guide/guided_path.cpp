@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "render/film/film_part.h"
+#include "render/integrator/algorithm_list.h"
 #include "render/transport/guide/guide_field.h"
 #include "render/transport/guide/guide_recorder.h"
 
@@ -90,7 +91,7 @@ bool make_guide(const IntegratorContext& context, const PartRequest& part, std::
   const auto learner = std::make_unique<Learner>(context, static_cast<const GuideField*>(part.prepared));
   const SensorRecord& film = context.scene.sensor;
   PartSamples source(film_part(film.width, film.height, part), kFirstStream + part.phase,
-                     context.scene.guiding_samples * (1u << part.phase) / kAllShares);
+                     context.scene.own["samples"] * (1u << part.phase) / kAllShares);
   const bool finished = learner->follow(source, std::move(stop));
   context.stats.samples = samples;  // a phase's samples are none of the picture's
   blob = learner->blob();
@@ -113,5 +114,9 @@ std::unique_ptr<const Prepared> prepare_guide(const SceneTables&, std::span<cons
   }
   return std::make_unique<GuideField>(added_up(std::move(sums)));
 }
+
+constexpr AlgorithmPhase kPhases[] = {
+    {&make_guide, &merge_guides}, {&make_guide, &merge_guides}, {&make_guide, &merge_guides}};
+const ListedAlgorithm guided{{"guided", &make<GuidedPath>, kPhases, &prepare_guide}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "render/integrator/algorithm_list.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/layers.h"
 #include "render/transport/vertex/light_start.h"
@@ -37,5 +38,7 @@ void LightTracer::join_to_sensor(const LightEvent& e, Mask hit, const FilmRect& 
   }
   joins_.add(e.vertex, join, UInt(0), join.seen);
 }
+
+const ListedAlgorithm light{{"light", &make<LightTracer>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,5 +1,7 @@
 #include "render/transport/mlt/metropolis.h"
 
+#include "render/integrator/algorithm_list.h"
+
 #include <algorithm>
 #include <cmath>
 
@@ -25,5 +27,7 @@ bool Metropolis::render(SampleSource& work, Film& film, std::stop_token stop) {
   }
   return true;
 }
+
+const ListedAlgorithm mlt{{"mlt", &make<Metropolis>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -1,5 +1,6 @@
 #include "render/transport/path/wavefront.h"
 
+#include "render/integrator/algorithm_list.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/layer_observer.h"
 #include "render/transport/vertex/straight_shadows.h"
@@ -63,5 +64,9 @@ void Wavefront::trace_to_lights(int depth) {
   transit_.march(Passenger::kLight, shadows_, hits_, depth,
                  [&](const WideConnection& ray, Mask arrived) { batch_.add_contribution(ray, arrived); });
 }
+
+const ListedAlgorithm path{{"path", &make<Wavefront>}};
+const ListedAlgorithm volpath{{"volpath", &make<Wavefront>}};
+const ListedAlgorithm direct{{"direct", &make_for_one_event<Wavefront>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "render/core/constants.h"
+#include "render/integrator/algorithm_list.h"
 #include "render/sampling/hash.h"
 #include "render/transport/photon/radius.h"
 #include "render/transport/photon_map/photon_steps.h"
@@ -271,5 +272,7 @@ void PhotonMapper::trace_shadow_rays() {
   const StageTimer timer(stats_.times, Stage::kShadow);
   batch_.trace(shadows_);
 }
+
+const ListedAlgorithm photon{{"photon", &make<PhotonMapper>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -8,6 +8,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+using wire::ChannelKind;
+using wire::HitAov;
+
 namespace {
 
 struct Point {
@@ -26,42 +29,40 @@ Point moved(const ExactAffine& map, const Point& p) {
 }  // namespace
 
 std::size_t FirstHits::planes() const {
-  const AovRequest& aovs = scene_.aovs;
-  const int lists = aovs.crypto_object + aovs.crypto_material + aovs.crypto_asset;
-  return static_cast<std::size_t>(3 * aovs.position + 3 * aovs.camera_normal + 2 * aovs.uv + 2 * aovs.motion +
-                                  aovs.material_id + 2 * lists);
+  int planes = 0;
+  for (const wire::HitAovRow& row : first_hit_rows()) {
+    const int own = row.kind == ChannelKind::kEntry ? 2 : row.channel_count();
+    planes += scene_.aovs.has(row.aov) ? own : 0;
+  }
+  return static_cast<std::size_t>(planes);
 }
 
 void FirstHits::clear(int slot) {
-  const Float zero(0.0f);
-  store_lanes(Vec3{zero, zero, zero}, position_, slot);
-  store_lanes(Vec3{zero, zero, zero}, camera_normal_, slot);
-  for (float* const lanes : {u_, v_, motion_u_, motion_v_, time_, shape_, material_, asset_})
-    zero.store(lanes + slot);
+  for (float* const lanes : values_) Float(0.0f).store(lanes + slot);
+  Float(0.0f).store(time_ + slot);
 }
 
 void FirstHits::record(const Vertex& v, Int slot, Mask hit) {
-  scatter_lanes(v.surface.p, position_, slot, hit);
+  keep(HitAov::kPosition, slot, hit, v.surface.p.x, v.surface.p.y, v.surface.p.z);
   if (scene_.any_motion) scatter(v.time, time_, slot, hit);
   const Mask on_surface = and_not(hit, v.in_medium);
-  if (scene_.aovs.camera_normal) {
+  if (scene_.aovs.has(HitAov::kCameraNormal)) {
     const Float time = scene_.any_motion ? v.time : Float(0.0f);
-    scatter_lanes(normal_in_sensor(scene_.sensor, face_forward(v.at.frame.z, v.wo), time), camera_normal_,
-                  slot, on_surface);
+    const Vec3 normal = normal_in_sensor(scene_.sensor, face_forward(v.at.frame.z, v.wo), time);
+    keep(HitAov::kCameraNormal, slot, on_surface, normal.x, normal.y, normal.z);
   }
-  if (scene_.aovs.uv) {
-    scatter(v.surface.uv.x, u_, slot, on_surface);
-    scatter(v.surface.uv.y, v_, slot, on_surface);
-  }
+  if (scene_.aovs.has(HitAov::kUv)) keep(HitAov::kUv, slot, on_surface, v.surface.uv.x, v.surface.uv.y);
 }
 
 void FirstHits::record_hit(const Hit& found, Float shape, Float instance, Int slot, Mask hit) {
-  const Int material = gather_member(scene_.shapes.shapes.data(), &ShapeRecord::material, found.shape, hit);
-  scatter(shape, shape_, slot, hit);
-  scatter(to_float(material) + 1.0f, material_, slot, hit);
+  const Float material =
+      to_float(gather_member(scene_.shapes.shapes.data(), &ShapeRecord::material, found.shape, hit)) + 1.0f;
+  keep(HitAov::kMaterialId, slot, hit, material);
+  keep(HitAov::kCryptoObject, slot, hit, shape);
+  keep(HitAov::kCryptoMaterial, slot, hit, material);
   // A shape that nothing places is told apart from instances by its sign.
-  scatter(select(instance > 0.0f, instance, -shape), asset_, slot, hit);
-  if (scene_.aovs.motion && scene_.any_motion) record_motion(found, slot, hit);
+  keep(HitAov::kCryptoAsset, slot, hit, select(instance > 0.0f, instance, -shape));
+  if (scene_.aovs.has(HitAov::kMotion) && scene_.any_motion) record_motion(found, slot, hit);
 }
 
 void FirstHits::record_motion(const Hit& found, Int slot, Mask hit) {
@@ -73,7 +74,7 @@ void FirstHits::record_motion(const Hit& found, Int slot, Mask hit) {
   for (std::uint32_t bits = hit.bits(); bits != 0; bits &= bits - 1) {
     const int lane = std::countr_zero(bits);
     const int sample = at[lane];
-    const Point p{{position_.x[sample], position_.y[sample], position_.z[sample]}};
+    const Point p{{values_[0][sample], values_[1][sample], values_[2][sample]}};
     const auto map_at = [&](float time) -> ExactAffine {
       if (instance[lane] < 0) return {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
       if (table.nested())
@@ -92,37 +93,27 @@ void FirstHits::record_motion(const Hit& found, Int slot, Mask hit) {
   const SensorConnection from = connect_to_sensor(scene_.sensor, open, middle, Float(0.0f), hit);
   const SensorConnection to = connect_to_sensor(scene_.sensor, closed, middle, Float(1.0f), hit);
   const Mask seen = hit & from.valid & to.valid;
-  scatter(to.raster.x - from.raster.x, motion_u_, slot, seen);
-  scatter(to.raster.y - from.raster.y, motion_v_, slot, seen);
+  keep(HitAov::kMotion, slot, seen, to.raster.x - from.raster.x, to.raster.y - from.raster.y);
 }
 
 float* FirstHits::put(int slot, Float weight, Mask covered, float* to, std::size_t stride) const {
-  const AovRequest& aovs = scene_.aovs;
   const auto put_raw = [&](Float value) {
     value.store_unaligned(to);
     to += stride;
   };
-  const auto put = [&](Float value) { put_raw(select_or_zero(is_summable(value), value) * weight); };
-  const auto put_lanes = [&](const float* lanes) { put(Float::load(lanes + slot)); };
-  if (aovs.position) {
-    const float* const lanes[] = {position_.x, position_.y, position_.z};
-    for (int i = 0; i < 3; ++i)
-      put(select_or_zero(covered, Float::load(lanes[i] + slot) + scene_.render_origin[i]));
+  int next = 0;
+  for (const wire::HitAovRow& row : first_hit_rows()) {
+    const int first = next;
+    next += row.channel_count();
+    if (!scene_.aovs.has(row.aov)) continue;
+    for (int i = 0; i < row.channel_count(); ++i) {
+      Float value = Float::load(values_[first + i] + slot);
+      if (row.aov == HitAov::kPosition) value = select_or_zero(covered, value + scene_.render_origin[i]);
+      if (row.kind == ChannelKind::kSum) value = select_or_zero(is_summable(value), value) * weight;
+      put_raw(value);
+      if (row.kind == ChannelKind::kEntry) put_raw(select_or_zero(value != 0.0f, weight));
+    }
   }
-  if (aovs.camera_normal) {
-    for (const float* const lanes : {camera_normal_.x, camera_normal_.y, camera_normal_.z}) put_lanes(lanes);
-  }
-  if (aovs.uv) put_lanes(u_), put_lanes(v_);
-  if (aovs.motion) put_lanes(motion_u_), put_lanes(motion_v_);
-  if (aovs.material_id) put_raw(Float::load(material_ + slot));
-  const auto put_entry = [&](const float* lanes) {
-    const Float identifier = Float::load(lanes + slot);
-    put_raw(identifier);
-    put_raw(select_or_zero(identifier != 0.0f, weight));
-  };
-  if (aovs.crypto_object) put_entry(shape_);
-  if (aovs.crypto_material) put_entry(material_);
-  if (aovs.crypto_asset) put_entry(asset_);
   return to;
 }
 

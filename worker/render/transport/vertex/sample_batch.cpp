@@ -18,6 +18,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+using wire::HitAov;
+
 void find_hits(const SceneTables& scene, const RayQuery& rays, const PathState& paths, int n, int depth,
                PathOrder order, HitState& hits) {
   const bool coherent = depth == 0 && order == PathOrder::kNeighbours && starts_coherent_rays(scene.sensor);
@@ -130,7 +132,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     store_lanes(Spectrum(0.0f), albedo_, slot);
     store_lanes(zero, normal_, slot);
   }
-  if (scene_.aovs.visits) count_visits(paths);
+  if (scene_.aovs.has(HitAov::kVisits)) count_visits(paths);
   stats_.camera_rays += static_cast<std::uint64_t>(size_);
   stats_.samples += static_cast<std::uint64_t>(size_);
   return size_ > 0;
@@ -243,9 +245,9 @@ void SampleBatch::trace(ConnectionQueue& queue) {
 
 void SampleBatch::record_first_hit(const Vertex& v, const Hit& found, Int slot, Mask met) {
   scatter(Float(1.0f), coverage_, slot, met);
-  if (scene_.aovs.depth) scatter(found.t, depth_, slot, met);
-  if (scene_.aovs.normal) scatter_lanes(face_forward(v.at.frame.z, v.wo), normal_, slot, met);
-  if (scene_.aovs.albedo) scatter_lanes(albedo_of(v.at, met), albedo_, slot, met);
+  if (scene_.aovs.has(HitAov::kDepth)) scatter(found.t, depth_, slot, met);
+  if (scene_.aovs.has(HitAov::kNormal)) scatter_lanes(face_forward(v.at.frame.z, v.wo), normal_, slot, met);
+  if (scene_.aovs.has(HitAov::kAlbedo)) scatter_lanes(albedo_of(v.at, met), albedo_, slot, met);
   if (first_hits_) first_hits_->record(v, slot, met);
   if (!scene_.aovs.of_hits()) return;
   const Mask hit = and_not(met, v.in_medium);
@@ -352,9 +354,10 @@ Float SampleBatch::half_weight(int i) const {
 std::size_t SampleBatch::fill_planes() {
   const std::size_t stride = (static_cast<std::size_t>(size_) + kWidth) / kWidth * kWidth;
   const AovRequest& aovs = scene_.aovs;
-  const std::size_t features = (aovs.albedo ? 3 : 0) + (aovs.normal ? 3 : 0) + (aovs.depth ? 1 : 0);
-  planes_.resize((kResponseChannels + 1 + features + (aovs.id ? 2 : 0) + (aovs.visits ? 2 : 0) +
-                  (first_hits_ ? first_hits_->planes() : 0) +
+  const std::size_t features = (aovs.has(HitAov::kAlbedo) ? 3 : 0) + (aovs.has(HitAov::kNormal) ? 3 : 0) +
+                               (aovs.has(HitAov::kDepth) ? 1 : 0);
+  planes_.resize((kResponseChannels + 1 + features + (aovs.has(HitAov::kId) ? 2 : 0) +
+                  (aovs.has(HitAov::kVisits) ? 2 : 0) + (first_hits_ ? first_hits_->planes() : 0) +
                   (aovs.halves ? kResponseChannels + features : 0) + kResponseChannels * layers_.size()) *
                  stride);
   for (int i = 0; i < size_; i += kWidth) {
@@ -373,23 +376,23 @@ std::size_t SampleBatch::fill_planes() {
       put_channels(radiance_, [&](Float value) { put(exposed(scene_.sensor.response, value)); });
     };
     const auto put_features = [&] {
-      if (aovs.albedo) put_channels(albedo_, put_summable);
-      if (aovs.normal) {
+      if (aovs.has(HitAov::kAlbedo)) put_channels(albedo_, put_summable);
+      if (aovs.has(HitAov::kNormal)) {
         for (const auto& component : {normal_.x, normal_.y, normal_.z})
           put_summable(Float::load(component + i));
       }
-      if (aovs.depth) put_summable(Float::load(depth_ + i));
+      if (aovs.has(HitAov::kDepth)) put_summable(Float::load(depth_ + i));
     };
     put_radiance();
     put(Float::load(coverage_ + i));
     put_features();
-    if (aovs.id) {
+    if (aovs.has(HitAov::kId)) {
       for (const float* const ids : {shape_id_, instance_id_}) {
         Float::load(ids + i).store_unaligned(to);
         to += stride;
       }
     }
-    if (aovs.visits) {
+    if (aovs.has(HitAov::kVisits)) {
       for (const std::int32_t* const counts : {visited_nodes_, visited_primitives_})
         put(to_float(Int::load(counts + i)));
     }
