@@ -8,6 +8,7 @@
 #include <random>
 
 #include "wire/aov_channels.h"
+#include "wire/enum_words.h"
 
 namespace tessera::wire {
 namespace {
@@ -126,6 +127,19 @@ TEST(TileResult, ChannelsComeInOneOrder) {
   const auto channels = channels_for_aovs({v1::AOV_VARIANCE});
   EXPECT_EQ(channels[6].kind, ChannelKind::kSquaredDeviation);
   EXPECT_EQ(channels[6].of, 2);
+}
+
+/// Kernels put the values of first hits in the order of the list, and channels are in that of the numbers.
+TEST(TileResult, FirstHitsAreListedInTheOrderOfTheirNumbers) {
+  std::size_t row_number = 0;
+  int last = 0;
+  for (const HitAovRow& row : kHitAovs) {
+    EXPECT_EQ(static_cast<std::size_t>(row.aov), row_number++) << row.word;
+    const absl::StatusOr<v1::AOV> aov = value_of<v1::AOV>(row.word);
+    ASSERT_TRUE(aov.ok()) << row.word;
+    EXPECT_GT(*aov, last) << row.word;
+    last = *aov;
+  }
 }
 
 }  // namespace
