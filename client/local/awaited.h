@@ -1,7 +1,6 @@
 // Answers of the coordinator of this process, waited for.
 #pragma once
 
-#include <condition_variable>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -9,6 +8,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "base/clock.h"
 
 namespace tessera::client {
 
@@ -17,6 +17,8 @@ namespace tessera::client {
 template <class Result>
 class Awaited {
  public:
+  explicit Awaited(base::Clock& clock) : state_(std::make_shared<State>(clock)) {}
+
   auto done() const {
     return [state = state_](Result result) {
       {
@@ -28,20 +30,22 @@ class Awaited {
   }
 
   /// Cancelled when `stop` is requested before there is an answer.
-  Result wait(std::stop_token stop) {
+  Result wait(const std::stop_token& stop) {
     std::unique_lock lock(state_->mutex);
-    if (!state_->changed.wait(lock, std::move(stop), [this] { return state_->result.has_value(); }))
+    if (!state_->changed.wait(lock, stop, [this] { return state_->result.has_value(); }))
       return absl::CancelledError("the call was given up");
     return *std::move(state_->result);
   }
 
  private:
   struct State {
+    explicit State(base::Clock& clock) : changed(clock) {}
+
     std::mutex mutex;
-    std::condition_variable_any changed;
+    base::Condition changed;
     std::optional<Result> result;
   };
-  const std::shared_ptr<State> state_ = std::make_shared<State>();
+  const std::shared_ptr<State> state_;
 };
 
 }  // namespace tessera::client

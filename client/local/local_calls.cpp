@@ -3,8 +3,8 @@
 #include <chrono>
 #include <utility>
 
+#include "base/clock.h"
 #include "local/awaited.h"
-#include "net/backoff.h"
 #include "service/farm/farm.h"
 #include "service/farm/farm_views.h"
 #include "service/farm/job_control.h"
@@ -27,6 +27,8 @@ absl::StatusOr<Message> printable(absl::StatusOr<Message> message) {
 /// News of any job. The farm holds it until it is over.
 class News {
  public:
+  explicit News(base::Clock& clock) : clock_(clock) {}
+
   /// Serves as the callback of Farm::subscribe.
   bool wake() {
     bool over;
@@ -39,10 +41,9 @@ class News {
     return !over;
   }
   /// Until there are some, or `stop` is requested, or the time is up.
-  template <class Duration>
-  void wait(std::stop_token stop, Duration longest) {
+  void wait(const std::stop_token& stop, std::chrono::seconds longest) {
     std::unique_lock lock(mutex_);
-    changed_.wait_for(lock, std::move(stop), longest, [this] { return there_are_; });
+    changed_.wait_until(lock, stop, clock_.now() + longest, [this] { return there_are_; });
     there_are_ = false;
   }
   void end() {
@@ -51,18 +52,16 @@ class News {
   }
 
  private:
+  base::Clock& clock_;
   std::mutex mutex_;
-  std::condition_variable_any changed_;
+  base::Condition changed_{clock_};
   bool there_are_ = false, over_ = false;
 };
 
 /// Whoever stops the farm because it failed requests the stop of this thread next, and has the cause.
-absl::Status wait_for_cause(std::stop_token stop) {
-  std::mutex mutex;
-  std::condition_variable_any changed;
-  std::unique_lock lock(mutex);
-  changed.wait_for(lock, stop, std::chrono::seconds{15}, [] { return false; });
-  if (stop.stop_requested()) return absl::CancelledError("WatchJob: it was given up");
+absl::Status wait_for_cause(base::Clock& clock, const std::stop_token& stop) {
+  if (!base::pause(clock, std::chrono::seconds{15}, stop))
+    return absl::CancelledError("WatchJob: it was given up");
   return absl::UnavailableError("WatchJob: the coordinator has stopped");
 }
 
@@ -75,7 +74,7 @@ absl::StatusOr<std::string> LocalCalls::submit(const v1::JobSpec& spec, const Re
   *request.mutable_spec() = spec;
   request.set_continued(reuse.continued);
   request.set_fresh(reuse.fresh);
-  Awaited<absl::StatusOr<std::string>> answer;
+  Awaited<absl::StatusOr<std::string>> answer(farm_.clock());
   farm_.submission().submit(request, answer.done());
   return answer.wait(std::move(stop));
 }
@@ -91,14 +90,14 @@ absl::StatusOr<std::vector<v1::JobStatus>> LocalCalls::jobs(std::stop_token) {
 }
 
 absl::StatusOr<v1::JobStatus> LocalCalls::cancel(const std::string& job_id, std::stop_token stop) {
-  Awaited<absl::StatusOr<v1::JobStatus>> answer;
+  Awaited<absl::StatusOr<v1::JobStatus>> answer(farm_.clock());
   farm_.jobs().cancel(job_id, answer.done());
   return printable(answer.wait(std::move(stop)));
 }
 
 absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const WatchHandlers& handlers,
                                                 std::stop_token stop) {
-  const auto news = std::make_shared<News>();
+  const auto news = std::make_shared<News>(farm_.clock());
   farm_.subscribe([news] { return news->wake(); });
   const auto end = [](News* ended) { ended->end(); };
   const std::unique_ptr<News, decltype(end)> ends(news.get(), end);
@@ -107,7 +106,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
   WatchProgress progress;
   std::uint64_t after = 0;  // counts results that are not of the picture, too
   while (!stop.stop_requested()) {
-    if (farm_.stopping()) return wait_for_cause(stop);
+    if (farm_.stopping()) return wait_for_cause(farm_.clock(), stop);
     absl::StatusOr<server::WatchBatch> batch = farm_.views().next_results(job_id, after, status_only);
     if (!batch.ok()) return batch.status();
     const bool more = batch->last > after;
@@ -124,7 +123,7 @@ absl::StatusOr<v1::JobStatus> LocalCalls::watch(const std::string& job_id, const
     // The farm has news at least every second; were one lost, the next would do.
     if (more) continue;
     news->wait(stop, std::chrono::seconds{2});
-    net::interruptible_sleep(kGathering, stop);
+    base::pause(farm_.clock(), kGathering, stop);
   }
   return absl::CancelledError("WatchJob: it was given up");
 }

@@ -1,5 +1,6 @@
 #include "local/local_link.h"
 
+#include "base/clock.h"
 #include "local/awaited.h"
 #include "net/backoff.h"
 #include "service/farm/farm.h"
@@ -25,7 +26,7 @@ absl::StatusOr<v1::RegisterResponse> LocalLink::register_worker(const v1::Regist
 }
 
 absl::StatusOr<v1::LeaseResponse> LocalLink::lease(const v1::LeaseRequest& request, std::stop_token stop) {
-  Awaited<absl::StatusOr<v1::LeaseResponse>> answer;
+  Awaited<absl::StatusOr<v1::LeaseResponse>> answer(farm_.clock());
   farm_.leases().lease(
       request, origin(), [stop] { return stop.stop_requested(); }, answer.done());
   return answer.wait(stop);
@@ -38,13 +39,13 @@ absl::StatusOr<v1::HeartbeatResponse> LocalLink::heartbeat(const v1::HeartbeatRe
 
 absl::StatusOr<v1::CompleteResponse> LocalLink::complete(const v1::CompleteRequest& request,
                                                          std::stop_token stop) {
-  Awaited<absl::StatusOr<v1::CompleteResponse>> answer;
+  Awaited<absl::StatusOr<v1::CompleteResponse>> answer(farm_.clock());
   farm_.results().complete(request, origin(), answer.done());
   return answer.wait(stop);
 }
 
 absl::Status LocalLink::fail(const v1::FailRequest& request, std::stop_token stop) {
-  Awaited<absl::Status> answer;
+  Awaited<absl::Status> answer(farm_.clock());
   farm_.results().fail(request, origin(), answer.done());
   return answer.wait(stop);
 }
@@ -84,7 +85,7 @@ absl::Status LocalLink::upload(const UnitBlob& blob, std::stop_token) {
 }
 
 bool LocalLink::wait(net::Backoff& backoff, std::stop_token stop) {
-  return net::interruptible_sleep(backoff.next(), std::move(stop));
+  return base::pause(farm_.clock(), backoff.next(), stop);
 }
 
 }  // namespace tessera::client

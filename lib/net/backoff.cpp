@@ -1,8 +1,8 @@
 #include "net/backoff.h"
 
 #include <algorithm>
-#include <condition_variable>
-#include <mutex>
+
+#include "base/clock.h"
 
 namespace tessera::net {
 
@@ -18,11 +18,7 @@ Backoff::Duration Backoff::next() {
 }
 
 bool interruptible_sleep(std::chrono::milliseconds delay, std::stop_token stop) {
-  std::mutex mutex;
-  std::condition_variable_any wake;
-  std::unique_lock lock{mutex};
-  wake.wait_for(lock, stop, delay, [] { return false; });
-  return !stop.stop_requested();
+  return base::pause(base::machine_clock(), delay, stop);
 }
 
 }  // namespace tessera::net

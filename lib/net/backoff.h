@@ -34,7 +34,7 @@ class Backoff {
   std::optional<std::mt19937> random_;  // made when first needed: most calls succeed at once
 };
 
-/// Sleeps for `delay`, or until `stop` is requested: then false.
+/// Sleeps for `delay` by the machine's clock, or until `stop` is requested: then false.
 bool interruptible_sleep(std::chrono::milliseconds delay, std::stop_token stop);
 
 }  // namespace tessera::net

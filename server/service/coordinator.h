@@ -10,10 +10,10 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "base/clock.h"
 #include "connections/connections.h"
 #include "scheduler/turn_order.h"
 #include "service/farm/accounts.h"
-#include "service/farm/farm_clock.h"
 #include "service/farm/quotas.h"
 #include "telemetry/recent_lines.h"
 
@@ -114,7 +114,7 @@ struct CoordinatorOptions {
   /// Told when jobs end; outlives the coordinator. Null: nobody is.
   EndListener* listener = nullptr;
   /// Outlives the coordinator.
-  FarmClock* clock = &machine_clock();
+  base::Clock* clock = &base::machine_clock();
   /// Seals leases; its key decides which results are audited, and by whom. Null: a seal with the data
   /// directory's own key, or with a new one.
   std::shared_ptr<const LeaseSeal> seal = {};

@@ -17,7 +17,8 @@ std::uint64_t bytes_of(const std::vector<JournalEntry>& entries) {
 
 }  // namespace
 
-CommitQueue::CommitQueue(Journal& journal) : journal_(journal), thread_([this] { run(); }) {}
+CommitQueue::CommitQueue(Journal& journal, base::Clock& clock)
+    : journal_(journal), wake_(clock), thread_(clock.start("commits", [this](std::stop_token) { run(); })) {}
 
 CommitQueue::~CommitQueue() {
   {

@@ -1,14 +1,13 @@
 // Group commit: what arrives while a commit is under way goes into the next one, together.
 #pragma once
 
-#include <condition_variable>
 #include <cstdint>
 #include <functional>
 #include <mutex>
-#include <thread>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "base/clock.h"
 #include "store/journal.h"
 
 namespace tessera::server {
@@ -18,8 +17,8 @@ class CommitQueue {
   /// Called once the entries are durable, or are known not to be; from the queue's own thread, in order.
   using Done = std::function<void(const absl::Status&)>;
 
-  /// `journal` must outlive the queue.
-  explicit CommitQueue(Journal& journal);
+  /// Both must outlive the queue.
+  CommitQueue(Journal& journal, base::Clock& clock);
   /// Commits all that is left.
   ~CommitQueue();
 
@@ -40,11 +39,11 @@ class CommitQueue {
 
   Journal& journal_;
   mutable std::mutex mutex_;
-  std::condition_variable wake_;
+  base::Condition wake_;
   std::vector<Item> items_;
   std::uint64_t waiting_bytes_ = 0;
   bool stop_ = false;
-  std::thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace tessera::server

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <thread>
 #include <utility>
 
 #include "agent/lease_table.h"
@@ -51,12 +50,14 @@ class Agent::Work {
  public:
   Work(std::unique_ptr<CoordinatorLink> link, AgentOptions options, std::unique_ptr<BlobCache> cache)
       : options_(std::move(options)),
+        clock_(*options_.clock),
         owned_link_(std::move(link)),
         link_(*owned_link_),
-        session_(link_, registration(options_),
+        session_(clock_, link_, registration(options_),
                  [this](const std::string& id, std::stop_token stop) { heart_.introduce(id, stop); }),
+        leases_(clock_),
         cache_(std::move(cache)),
-        fetcher_(cache_ ? std::make_unique<BlobFetcher>(link_, *cache_) : nullptr),
+        fetcher_(cache_ ? std::make_unique<BlobFetcher>(clock_, link_, *cache_) : nullptr),
         renderer_(options_, link_, fetcher_.get()),
         intake_(leases_,
                 {.scene_digests = [this] { return renderer_.loaded_digests(); },
@@ -65,7 +66,7 @@ class Agent::Work {
                 std::min<std::size_t>(kQueuedPerThread * static_cast<std::size_t>(options_.threads),
                                       wire::kMaxLeasesPerCall)),
         heart_(link_, session_, leases_, drain_),
-        outbox_(link_, session_, leases_, intake_, heart_,
+        outbox_(clock_, link_, session_, leases_, intake_, heart_,
                 {.capacity = kResultsPerThread * static_cast<std::size_t>(options_.threads),
                  .senders = std::min(kMaxSenders, options_.threads),
                  .recent_log = options_.recent_log}) {}
@@ -73,11 +74,11 @@ class Agent::Work {
   /// Until `stop`, a drain request, or a refusal, which is the error.
   absl::Status work(std::stop_token stop) {
     std::stop_callback outer{stop, [this] { drain_.request_stop(); }};
-    std::vector<std::jthread> renderers;
+    std::vector<base::Thread> renderers;
     for (int i = 0; i < options_.threads; ++i) {
-      renderers.emplace_back([this](std::stop_token halt) { render_units(halt); });
+      renderers.push_back(clock_.start("renderer", [this](std::stop_token halt) { render_units(halt); }));
     }
-    std::jthread heart{[this](std::stop_token halt) { heart_.beat(halt); }};
+    const base::Thread heart = clock_.start("heart", [this](std::stop_token halt) { heart_.beat(halt); });
 
     const absl::Status status = lease_units(drain_.get_token());
     if (status.ok()) wind_down();
@@ -109,6 +110,7 @@ class Agent::Work {
   void wind_down();
 
   const AgentOptions options_;
+  base::Clock& clock_;
   const std::unique_ptr<CoordinatorLink> owned_link_;
   CoordinatorLink& link_;
   Session session_;
@@ -190,7 +192,7 @@ absl::StatusOr<std::unique_ptr<Agent>> Agent::create(std::unique_ptr<Coordinator
   std::unique_ptr<BlobCache> cache;
   if (!options.blobs) {
     absl::StatusOr<std::unique_ptr<BlobCache>> opened =
-        BlobCache::open(options.cache_dir, options.cache_cap_bytes);
+        BlobCache::open(*options.clock, options.cache_dir, options.cache_cap_bytes);
     if (!opened.ok()) return opened.status();
     cache = *std::move(opened);
   }

@@ -12,6 +12,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "base/clock.h"
 #include "render/scene/load_scene.h"
 
 namespace tessera::agent {
@@ -46,6 +47,7 @@ struct AgentOptions {
   std::chrono::milliseconds grace{1000};
   // The last lines of this program's log that concern a job: they go with its units' failures. May be empty.
   std::function<std::vector<std::string>(const std::string& job_id)> recent_log = {};
+  base::Clock* clock = &base::machine_clock();  // outlives the agent
 };
 
 /// Counts of what an agent has done so far.

@@ -173,7 +173,7 @@ void LeaseTable::end_change(std::unique_lock<std::mutex> lock) {
 
 bool LeaseTable::wait_until_empty(std::chrono::milliseconds timeout) {
   std::unique_lock lock{mutex_};
-  return empty_.wait_for(lock, timeout, [this] { return entries_.empty(); });
+  return empty_.wait_until(lock, {}, clock_.now() + timeout, [this] { return entries_.empty(); });
 }
 
 void LeaseTable::forget_if_queued(std::map<Key, Entry>::iterator entry) {

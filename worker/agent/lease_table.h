@@ -1,7 +1,6 @@
 // The units that this worker holds, from the grant of a lease to the acknowledgement of its result.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -14,6 +13,7 @@
 #include <tuple>
 #include <vector>
 
+#include "base/clock.h"
 #include "telemetry/log.h"
 #include "tessera/v1/work.pb.h"
 
@@ -40,6 +40,8 @@ struct HeldUnit {
 /// unit's result home (or given it up) calls release().
 class LeaseTable {
  public:
+  explicit LeaseTable(base::Clock& clock) : clock_(clock) {}
+
   /// Queues one granted unit. A unit that is held already only takes over the newer token: after a restart
   /// the coordinator may grant what this worker never put down. `asked_at`: deliveries() when the answer was
   /// asked for. A unit that was delivered since is left out: it was granted before its result arrived.
@@ -102,9 +104,11 @@ class LeaseTable {
   void end_change(std::unique_lock<std::mutex> lock);
   void forget_if_queued(std::map<Key, Entry>::iterator entry);
 
+  base::Clock& clock_;
   mutable std::mutex mutex_;
-  std::condition_variable_any granted_, hungry_,
-      empty_;  // something queued; nothing, nor asked for; none held
+  base::Condition granted_{clock_};  // something is queued
+  base::Condition hungry_{clock_};   // nothing is queued, nor asked for
+  base::Condition empty_{clock_};    // nothing is held
   std::uint64_t deliveries_ = 0;
   std::map<Key, std::uint64_t> delivered_;  // the latest, numbered
   std::map<Key, Entry> entries_;

@@ -5,8 +5,9 @@
 
 namespace tessera::agent {
 
-TimeLimit::TimeLimit(std::chrono::milliseconds limit) : limit_(limit) {
-  if (limit_ > limit_.zero()) thread_ = std::jthread{[this](std::stop_token stop) { run(stop); }};
+TimeLimit::TimeLimit(base::Clock& clock, std::chrono::milliseconds limit) : clock_(clock), limit_(limit) {
+  if (limit_ > limit_.zero())
+    thread_ = clock_.start("time limit", [this](std::stop_token stop) { run(stop); });
 }
 
 TimeLimit::Watch::Watch(TimeLimit& limit, std::stop_token stop)
@@ -25,7 +26,7 @@ bool TimeLimit::Watch::expired() const {
 TimeLimit::Watches::iterator TimeLimit::add(std::stop_source work) {
   std::lock_guard lock{mutex_};
   changed_.notify_all();
-  return watches_.emplace(Clock::now() + limit_, Watched{std::move(work), false});
+  return watches_.emplace(clock_.now() + limit_, Watched{std::move(work), false});
 }
 
 TimeLimit::Watches::iterator TimeLimit::next() {
@@ -35,7 +36,7 @@ TimeLimit::Watches::iterator TimeLimit::next() {
 void TimeLimit::run(std::stop_token stop) {
   std::unique_lock lock{mutex_};
   while (changed_.wait(lock, stop, [this] { return next() != watches_.end(); })) {
-    if (const Clock::time_point end = next()->first; Clock::now() < end) {
+    if (const base::Clock::TimePoint end = next()->first; clock_.now() < end) {
       changed_.wait_until(lock, stop, end, [] { return false; });
       continue;  // it may have ended meanwhile
     }

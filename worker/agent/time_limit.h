@@ -2,26 +2,25 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <map>
 #include <mutex>
 #include <stop_token>
-#include <thread>
+
+#include "base/clock.h"
 
 namespace tessera::agent {
 
 /// One clock for all units of a worker. Thread-safe.
 class TimeLimit {
-  using Clock = std::chrono::steady_clock;
   struct Watched {
     std::stop_source stop;
     bool expired = false;
   };
-  using Watches = std::multimap<Clock::time_point, Watched>;  // keys: times at which they end
+  using Watches = std::multimap<base::Clock::TimePoint, Watched>;  // keys: times at which they end
 
  public:
   /// Zero: no limit.
-  explicit TimeLimit(std::chrono::milliseconds limit);
+  TimeLimit(base::Clock& clock, std::chrono::milliseconds limit);
 
   /// Work that goes on for as long as this lives. Must not outlive the limit.
   class Watch {
@@ -57,11 +56,12 @@ class TimeLimit {
   /// The one that ends next; the limit is the same for all, so those that have ended are at the front.
   Watches::iterator next();
 
+  base::Clock& clock_;
   const std::chrono::milliseconds limit_;
   mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  base::Condition changed_{clock_};
   Watches watches_;
-  std::jthread thread_;  // none without a limit
+  base::Thread thread_;  // none without a limit
 };
 
 }  // namespace tessera::agent

@@ -8,7 +8,6 @@
 #include <limits>
 #include <mutex>
 #include <optional>
-#include <thread>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -25,13 +24,7 @@
 namespace tessera::agent {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr int kMaxWarningsPerUnit = 8;  // job.proto
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
-}
 
 void set_duration(std::chrono::nanoseconds duration, google::protobuf::Duration& message) {
   message.set_seconds(duration.count() / 1'000'000'000);
@@ -49,28 +42,30 @@ std::size_t half_of_memory() {
 /// the building.
 class BlobsOnDemand {
  public:
-  BlobsOnDemand(BlobFetcher& fetcher, const v1::JobSpec& spec, std::stop_token stop)
-      : fetcher_(fetcher), spec_(spec), stop_(std::move(stop)) {}
+  BlobsOnDemand(base::Clock& clock, BlobFetcher& fetcher, const v1::JobSpec& spec, std::stop_token stop)
+      : clock_(clock), fetcher_(fetcher), spec_(spec), stop_(std::move(stop)) {}
 
   absl::StatusOr<render::BlobBytes> get(const std::string& digest) {
     std::call_once(begun_, [this] {
-      ahead_ = std::jthread{[this](std::stop_token no_longer_needed) {
+      ahead_ = clock_.start("prefetch", [this](std::stop_token no_longer_needed) {
         std::stop_source either;
         const auto stop = [&] { either.request_stop(); };
         const std::stop_callback on_end{no_longer_needed, stop}, on_stop{stop_, stop};
         fetcher_.prefetch(spec_, either.get_token());
-      }};
+      });
     });
     return fetcher_.get(digest, stop_);
   }
 
  private:
+  base::Clock& clock_;
   BlobFetcher& fetcher_;
   const v1::JobSpec& spec_;
   const std::stop_token stop_;
   std::once_flag begun_;
-  std::jthread ahead_;
+  base::Thread ahead_;
 };
+
 std::uint64_t count_of(std::chrono::nanoseconds time) {
   return static_cast<std::uint64_t>(std::max(time.count(), std::chrono::nanoseconds::rep{0}));
 }
@@ -108,13 +103,17 @@ void set_blob(std::string blob, Outcome& outcome) {
 
 UnitRenderer::UnitRenderer(const AgentOptions& options, CoordinatorLink& link, BlobFetcher* fetcher)
     : options_(options),
+      clock_(*options.clock),
       fetcher_(fetcher),
-      scenes_([this](const v1::JobSpec& spec, std::uint32_t view,
-                     std::stop_token stop) { return load(spec, view, stop); },
-              options.scenes_kept,
-              options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
-      prepared_(link, fetcher),
-      time_limit_(options.unit_limit) {
+      scenes_(
+          clock_,
+          [this](const v1::JobSpec& spec, std::uint32_t view, std::stop_token stop) {
+            return load(spec, view, stop);
+          },
+          options.scenes_kept,
+          options.scene_memory_cap_bytes > 0 ? options.scene_memory_cap_bytes : half_of_memory()),
+      prepared_(clock_, link, fetcher),
+      time_limit_(clock_, options.unit_limit) {
   report_.units_by_seconds.resize(telemetry::kUnitSecondsBuckets.size() + 1);
 }
 
@@ -198,7 +197,7 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
     return loaded.status();
   }
 
-  const Clock::time_point start = Clock::now();
+  const base::Clock::TimePoint start = clock_.now();
   const std::chrono::nanoseconds cpu_start = base::thread_cpu_time();
   render::RenderStats counts;
   const TimeLimit::Watch watch(time_limit_, stop);
@@ -222,7 +221,7 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
     for (const std::string& note : (*loaded)->scene->notes()) outcome.stats.add_notes(note);
   }
   set_duration(base::thread_cpu_time() - cpu_start, *outcome.stats.mutable_cpu_time());
-  const Clock::duration taken = Clock::now() - start;
+  const auto taken = clock_.now() - start;
   set_duration(taken, *outcome.stats.mutable_wall_time());
 
   telemetry::log(spdlog::level::debug, unit.log_fields(), "unit {} of job {} rendered", unit.unit.index(),
@@ -230,7 +229,7 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
 
   std::lock_guard lock{mutex_};
   ++report_.units_rendered;
-  const double seconds = std::chrono::duration<double>(taken).count();
+  const double seconds = base::in_seconds(taken);
   report_.rendered_unit_seconds += seconds;
   const auto bucket =
       std::lower_bound(telemetry::kUnitSecondsBuckets.begin(), telemetry::kUnitSecondsBuckets.end(), seconds);
@@ -246,13 +245,13 @@ absl::Status UnitRenderer::render_unit(const HeldUnit& unit, Outcome& outcome) {
 absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::uint32_t view,
                                                std::stop_token stop) {
   if (auto s = wire::check_settings(spec); !s.ok()) return s;
-  const Clock::time_point start = Clock::now();
+  const base::Clock::TimePoint start = clock_.now();
   const std::chrono::nanoseconds cpu_start = base::process_cpu_time();
   const std::string& digest = spec.content().scene();
   std::optional<BlobsOnDemand> on_demand;
   render::BlobSource blobs = options_.blobs;
   if (!blobs) {
-    on_demand.emplace(*fetcher_, spec, stop);
+    on_demand.emplace(clock_, *fetcher_, spec, stop);
     blobs = [&on_demand](const std::string& name) { return on_demand->get(name); };
   }
   const auto blob_bytes = std::make_shared<std::atomic<std::uint64_t>>(0);  // asked for from several threads
@@ -273,7 +272,7 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::uin
   }
   if (absl::Status status = wire::keep_view(view, scene); !status.ok()) return status;
 
-  const Clock::time_point build_start = Clock::now();
+  const base::Clock::TimePoint build_start = clock_.now();
   const std::chrono::nanoseconds cpu_build_start = base::process_cpu_time();
   const std::string isa = spec.farm().isa().empty() ? options_.isas.front() : spec.farm().isa();
   if (std::find(options_.isas.begin(), options_.isas.end(), isa) == options_.isas.end()) {
@@ -286,7 +285,8 @@ absl::StatusOr<LoadedScene> UnitRenderer::load(const v1::JobSpec& spec, std::uin
       scene, of_view, blobs, {.isa = isa, .threads = options_.threads, .contents = &contents_, .stop = stop});
   if (!built.ok()) return built.status();
 
-  LoadedScene loaded{*std::move(built), seconds_since(start), seconds_since(build_start)};
+  const base::Clock::TimePoint end = clock_.now();
+  LoadedScene loaded{*std::move(built), base::in_seconds(end - start), base::in_seconds(end - build_start)};
   loaded.bytes = loaded.scene->memory_bytes();
   loaded.content = loaded.scene->content();
   spdlog::info("scene {} ({}): loaded in {:.2f} s, {:.1f} MB", digest.substr(0, 12), scene.name(),

@@ -13,6 +13,7 @@
 #include "agent/stores/prepared_store.h"
 #include "agent/stores/scene_store.h"
 #include "agent/time_limit.h"
+#include "base/clock.h"
 
 namespace tessera::agent {
 
@@ -39,6 +40,7 @@ class UnitRenderer {
                     std::stop_token stop, Outcome& outcome, render::RenderStats& counts);
 
   const AgentOptions& options_;
+  base::Clock& clock_;
   BlobFetcher* const fetcher_;
   render::SharedContents contents_;
   SceneStore scenes_;

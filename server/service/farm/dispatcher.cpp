@@ -14,8 +14,11 @@ constexpr std::chrono::milliseconds kNewsInterval{900};  // below the second tha
 
 }  // namespace
 
-Dispatcher::Dispatcher(FarmClock& clock, std::function<void()> tick)
-    : clock_(clock), tick_(std::move(tick)), thread_([this] { run(); }) {}
+Dispatcher::Dispatcher(base::Clock& clock, std::function<void()> tick)
+    : clock_(clock),
+      tick_(std::move(tick)),
+      wake_(clock),
+      thread_(clock.start("dispatcher", [this](std::stop_token) { run(); })) {}
 
 Dispatcher::~Dispatcher() { stop(); }
 
@@ -92,8 +95,7 @@ void Dispatcher::run() {
     bool work, news, stopping;
     {
       std::unique_lock lock(mutex_);
-      while (!stop_ && !work_ && !news_ && called_.empty() && clock_.now() < next_tick)
-        clock_.wait_until(lock, wake_, next_tick);
+      wake_.wait_until(lock, {}, next_tick, [this] { return stop_ || work_ || news_ || !called_.empty(); });
       work = std::exchange(work_, false);
       news = std::exchange(news_, false);
       stopping = stop_;

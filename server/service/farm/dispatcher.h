@@ -2,26 +2,24 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <functional>
 #include <list>
 #include <mutex>
 #include <string>
-#include <thread>
 #include <unordered_map>
 #include <unordered_set>
 #include <vector>
 
-#include "service/farm/farm_clock.h"
+#include "base/clock.h"
 
 namespace tessera::server {
 
 class Dispatcher {
  public:
-  using TimePoint = FarmClock::TimePoint;
+  using TimePoint = base::Clock::TimePoint;
 
   /// `tick` runs before all else, four times a second at least. The clock must outlive the dispatcher.
-  Dispatcher(FarmClock& clock, std::function<void()> tick);
+  Dispatcher(base::Clock& clock, std::function<void()> tick);
   ~Dispatcher();
 
   /// Calls `attempt` soon, and after notifications of work, of this worker, and ticks, until it returns true;
@@ -56,10 +54,10 @@ class Dispatcher {
   void append(Queue& parked);
   void wake_subscribers();
 
-  FarmClock& clock_;
+  base::Clock& clock_;
   const std::function<void()> tick_;
   std::mutex mutex_;
-  std::condition_variable wake_;
+  base::Condition wake_;
   Queue parked_;
   std::unordered_multimap<std::string, Queue::iterator> by_worker_;
   std::unordered_set<std::string> called_;  // workers with a free hand
@@ -69,7 +67,7 @@ class Dispatcher {
   bool news_ = false;
   bool stop_ = false;
   std::once_flag joined_;
-  std::thread thread_;
+  base::Thread thread_;
 };
 
 }  // namespace tessera::server

@@ -61,7 +61,7 @@ void Farm::stop() {
 }
 
 bool Farm::stopping() const { return parts_->core.stopping(); }
-const FarmClock& Farm::clock() const { return parts_->core.clock(); }
+base::Clock& Farm::clock() const { return parts_->core.clock(); }
 void Farm::subscribe(std::function<bool()> wake) { parts_->core.dispatcher().subscribe(std::move(wake)); }
 
 JobSubmission& Farm::submission() { return parts_->submission; }

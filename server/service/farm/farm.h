@@ -34,7 +34,7 @@ class Farm {
   /// `wake`.
   void stop();
   bool stopping() const;
-  const FarmClock& clock() const;
+  base::Clock& clock() const;
 
   // ---- for clients
 

@@ -58,7 +58,7 @@ FarmCore::FarmCore(Journal& journal, BlobStore& blobs, const FarmOptions& option
                     const std::lock_guard lock(mutex_);
                     if (tick_) tick_();
                   }),
-      commits_(std::in_place, journal) {}
+      commits_(std::in_place, journal, clock_) {}
 
 // ---------------------------------------------------------------- the farm's life
 

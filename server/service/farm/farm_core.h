@@ -65,7 +65,7 @@ class FarmCore {
   const FarmOptions& options() const { return options_; }
   Journal& journal() { return journal_; }
   BlobStore& blobs() { return blobs_; }
-  const FarmClock& clock() const { return clock_; }
+  base::Clock& clock() const { return clock_; }
   Time now() const;
   std::int64_t unix_now() const { return clock_.wall().count(); }  // in milliseconds
   Dispatcher& dispatcher() { return dispatcher_; }
@@ -110,7 +110,7 @@ class FarmCore {
   Journal& journal_;
   BlobStore& blobs_;
   const FarmOptions options_;
-  FarmClock& clock_;
+  base::Clock& clock_;
   const std::function<void(absl::Status)> on_failure_;
   std::atomic<bool> stopping_ = false;
   std::atomic<bool> failed_ = false;

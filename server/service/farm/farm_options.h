@@ -4,14 +4,16 @@
 #include <chrono>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "base/clock.h"
 #include "scheduler/turn_order.h"
-#include "service/farm/farm_clock.h"
 #include "service/farm/quotas.h"
 #include "service/farm/retention.h"
+#include "service/identifier.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::server {
@@ -40,8 +42,10 @@ struct FarmOptions {
   double unconfirmed_share = 0.05;
   std::vector<std::string> classes = {};
   std::chrono::milliseconds class_patience{600'000};
-  EndListener* listener = nullptr;            // outlives the farm; null: nobody is told
-  FarmClock* clock = &machine_clock();        // outlives the farm
+  EndListener* listener = nullptr;              // outlives the farm; null: nobody is told
+  base::Clock* clock = &base::machine_clock();  // outlives the farm
+  // Makes names of jobs and registrations, of so many digits.
+  std::function<std::string(int digits)> make_identifier = random_identifier;
   std::vector<FarmObserver*> observers = {};  // told what happens; they outlive the farm
 };
 

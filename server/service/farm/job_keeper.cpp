@@ -24,7 +24,7 @@ void save(const LivedTime& lived, const std::string& text) {
 
 }  // namespace
 
-JobKeeper::JobKeeper(const Retention& retention, BlobStore& blobs, const FarmClock& clock,
+JobKeeper::JobKeeper(const Retention& retention, BlobStore& blobs, base::Clock& clock,
                      std::filesystem::path lived_time)
     : retention_(retention),
       blobs_(blobs),
@@ -76,7 +76,7 @@ void JobKeeper::clean_up(const JobTable& jobs, bool jobs_went) {
   drop_blobs();
   if (lived_.file().empty() || now() < next_saving_ || saving_.exchange(true)) return;
   next_saving_ = now() + kBetweenSavings;
-  saver_ = std::jthread([this, text = lived_.to_text()] {
+  saver_ = clock_.start("saver", [this, text = lived_.to_text()](std::stop_token) {
     save(lived_, text);
     saving_ = false;
   });
@@ -91,7 +91,7 @@ void JobKeeper::collect_blobs(const JobTable& jobs) {
     for (const v1::BlobRef& blob : entry->shape->spec.farm().blobs()) needed.insert(blob.digest());
     entry->phase_blobs.for_each_digest([&](std::string digest) { needed.insert(std::move(digest)); });
   }
-  collector_ = std::jthread([this, needed = std::move(needed)] {
+  collector_ = clock_.start("collector", [this, needed = std::move(needed)](std::stop_token) {
     const BlobStore::Collected collected =
         blobs_.collect([&](const std::string& digest) { return needed.contains(digest); }, retention_.blobs);
     if (collected.blobs > 0) {
@@ -109,12 +109,13 @@ void JobKeeper::drop_unused(std::vector<std::string> blobs, std::chrono::seconds
 
 void JobKeeper::drop_blobs() {
   if (blobs_to_drop_.empty() || collecting_.exchange(true)) return;
-  collector_ = std::jthread([this, blobs = std::exchange(blobs_to_drop_, {}), unused = unused_for_] {
-    std::size_t dropped = 0;
-    for (const std::string& digest : blobs) dropped += blobs_.drop_unused(digest, unused) ? 1 : 0;
-    if (dropped > 0) spdlog::info("{} blobs of workers are deleted: no result named them", dropped);
-    collecting_ = false;
-  });
+  collector_ = clock_.start(
+      "collector", [this, blobs = std::exchange(blobs_to_drop_, {}), unused = unused_for_](std::stop_token) {
+        std::size_t dropped = 0;
+        for (const std::string& digest : blobs) dropped += blobs_.drop_unused(digest, unused) ? 1 : 0;
+        if (dropped > 0) spdlog::info("{} blobs of workers are deleted: no result named them", dropped);
+        collecting_ = false;
+      });
 }
 
 void JobKeeper::stop() {

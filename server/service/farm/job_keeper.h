@@ -7,10 +7,9 @@
 #include <filesystem>
 #include <functional>
 #include <string>
-#include <thread>
 #include <vector>
 
-#include "service/farm/farm_clock.h"
+#include "base/clock.h"
 #include "service/farm/lived_time.h"
 #include "service/farm/retention.h"
 #include "service/job/job_table.h"
@@ -25,7 +24,7 @@ class JobKeeper {
   using StateOf = std::function<v1::JobState(const JobEntry&)>;
 
   /// Store and clock must outlive the keeper. `lived_time`: the file of LivedTime; empty: none.
-  JobKeeper(const Retention& retention, BlobStore& blobs, const FarmClock& clock,
+  JobKeeper(const Retention& retention, BlobStore& blobs, base::Clock& clock,
             std::filesystem::path lived_time);
 
   /// Lets a moment of the retention's clock pass.
@@ -54,14 +53,14 @@ class JobKeeper {
 
   const Retention retention_;
   BlobStore& blobs_;
-  const FarmClock& clock_;
+  base::Clock& clock_;
   LivedTime lived_;
   Time next_look_{}, next_collection_, next_saving_{};
   Time no_collection_before_{};
   std::vector<std::string> blobs_to_drop_;
   std::chrono::seconds unused_for_{0};
   std::atomic<bool> collecting_ = false, saving_ = false;
-  std::jthread collector_, saver_;
+  base::Thread collector_, saver_;
 };
 
 }  // namespace tessera::server

@@ -6,7 +6,6 @@
 #include "absl/strings/str_cat.h"
 #include "service/farm/farm_core.h"
 #include "service/farm/user_shares.h"
-#include "service/identifier.h"
 #include "service/job/end_listener.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
@@ -199,8 +198,8 @@ void JobSubmission::submit(const v1::SubmitJobRequest& request, Done<std::string
 }
 
 JobEntry& JobSubmission::add_entry(const Candidate& candidate, const std::string& key) {
-  std::string id = random_identifier(8);
-  while (core_.jobs().find(id) != nullptr) id = random_identifier(8);
+  std::string id = core_.options().make_identifier(8);
+  while (core_.jobs().find(id) != nullptr) id = core_.options().make_identifier(8);
   return core_.jobs().add({.id = std::move(id),
                            .request_id = key,
                            .shape = candidate.shape,

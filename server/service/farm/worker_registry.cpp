@@ -9,7 +9,6 @@
 #include "base/printable.h"
 #include "scheduler/identity.h"
 #include "service/farm/farm_core.h"
-#include "service/identifier.h"
 #include "wire/arithmetic_class.h"
 #include "wire/limits.h"
 #include "wire/version.h"
@@ -84,7 +83,7 @@ absl::StatusOr<v1::RegisterResponse> WorkerRegistry::register_worker(const v1::R
     return status;
   }
   v1::RegisterResponse response;
-  response.set_worker_id(random_identifier(16));
+  response.set_worker_id(core_.options().make_identifier(16));
   response.set_epoch(core_.journal().epoch());
   const std::string& id = response.worker_id();
   const std::string host =

@@ -25,14 +25,14 @@ OpenStreams::Stream::~Stream() {
 }
 
 void OpenStreams::cut_stalled() {
-  const FarmClock::TimePoint now = clock_.now();
+  const base::Clock::TimePoint now = clock_.now();
   // gRPC calls a reactor's functions from threads of its own, not from within TryCancel: none of them waits
   // for this.
   const std::lock_guard lock(mutex_);
   if (now < next_look_) return;
   next_look_ = now + kBetweenLooks;
   for (Stream* const stream : streams_) {
-    FarmClock::TimePoint::duration since = stream->since_;
+    base::Clock::TimePoint::duration since = stream->since_;
     if (since == Stream::kNone || now.time_since_epoch() - since <= patience_) continue;
     if (!stream->since_.compare_exchange_strong(since, Stream::kNone)) continue;  // it went through just now
     stream->context_->TryCancel();

@@ -10,8 +10,8 @@
 #include <mutex>
 #include <string>
 
+#include "base/clock.h"
 #include "service/farm/accounts.h"
-#include "service/farm/farm_clock.h"
 #include "service/rpc/access.h"
 #include "telemetry/line_limit.h"
 
@@ -23,7 +23,8 @@ namespace tessera::server {
 class OpenStreams {
  public:
   /// `patience`: with one message, which has at most a few MB.
-  OpenStreams(std::chrono::milliseconds patience, std::shared_ptr<Accounts> accounts, const FarmClock& clock)
+  OpenStreams(std::chrono::milliseconds patience, std::shared_ptr<Accounts> accounts,
+              const base::Clock& clock)
       : patience_(patience), accounts_(std::move(accounts)), clock_(clock) {}
 
   /// One of them, from before its first message until gRPC is done with it: the context must live as long.
@@ -45,14 +46,14 @@ class OpenStreams {
 
    private:
     friend OpenStreams;
-    static constexpr FarmClock::TimePoint::duration kNone{0};
+    static constexpr base::Clock::TimePoint::duration kNone{0};
 
     OpenStreams& all_;
     grpc::CallbackServerContext* const context_;
     const char* const kind_;
     const Caller caller_;
     const absl::StatusOr<std::shared_ptr<const Accounts::Hold>> account_;
-    std::atomic<FarmClock::TimePoint::duration> since_{kNone};
+    std::atomic<base::Clock::TimePoint::duration> since_{kNone};
     std::list<Stream*>::iterator place_;
   };
 
@@ -65,12 +66,12 @@ class OpenStreams {
   std::uint64_t cut_count() const { return cut_; }
 
  private:
-  const FarmClock::TimePoint::duration patience_;
+  const base::Clock::TimePoint::duration patience_;
   const std::shared_ptr<Accounts> accounts_;
-  const FarmClock& clock_;
+  const base::Clock& clock_;
   std::mutex mutex_;
   std::list<Stream*> streams_;
-  FarmClock::TimePoint next_look_{};
+  base::Clock::TimePoint next_look_{};
   std::atomic<std::uint64_t> cut_ = 0;
   telemetry::LineLimit lines_;
 };

@@ -106,7 +106,7 @@ class WatchReactor final : public grpc::ServerWriteReactor<v1::WatchJobResponse>
   std::mutex mutex_;
   std::uint64_t after_;
   v1::WatchJobResponse message_;
-  std::optional<FarmClock::TimePoint> last_message_;
+  std::optional<base::Clock::TimePoint> last_message_;
   bool writing_ = false;
   bool broken_ = false;
   bool last_message_sent_ = false;

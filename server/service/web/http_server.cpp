@@ -259,7 +259,7 @@ void HttpServer::end_answer(const Peer& peer, const std::string& member) {
 }
 
 void HttpServer::sweep() {
-  const FarmClock::TimePoint now = options_.clock->now();
+  const base::Clock::TimePoint now = options_.clock->now();
   if (now < next_sweep_) return;
   next_sweep_ = now + kSweepInterval;
   connections_.sweep(now);

@@ -9,8 +9,8 @@
 #include <string>
 
 #include "absl/status/statusor.h"
+#include "base/clock.h"
 #include "connections/connections.h"
-#include "service/farm/farm_clock.h"
 #include "service/web/http.h"
 #include "service/web/own_certificates.h"
 #include "telemetry/http_daemon.h"
@@ -29,7 +29,7 @@ struct HttpOptions {
   std::optional<ConnectionLimits> limits = {};  // absent: page_limits
   std::size_t most_of_member = 32;              // connections that serve one member; more are as strangers'
   std::function<void()> renewed = [] {};        // the certificates were
-  const FarmClock* clock = &machine_clock();    // outlives the server
+  const base::Clock* clock = &base::machine_clock();  // outlives the server
 };
 
 /// Serves HTTP/1.1 from a few threads, with TLS 1.3 where it has certificates: callers may show theirs. A
@@ -72,7 +72,7 @@ class HttpServer {
   Connections connections_;
   std::mutex mutex_;
   std::map<std::string, std::size_t> served_;  // connections by member
-  FarmClock::TimePoint next_sweep_{};
+  base::Clock::TimePoint next_sweep_{};
   OwnCertificates certificates_;
   std::string trusted_;           // authorities that libmicrohttpd was told of, in PEM
   telemetry::HttpDaemon daemon_;  // goes first, when all event streams have been closed

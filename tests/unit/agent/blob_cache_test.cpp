@@ -17,7 +17,7 @@ namespace fs = std::filesystem;
 class BlobCacheTest : public ::testing::Test {
  protected:
   std::unique_ptr<BlobCache> open(std::uint64_t cap_bytes = 1 << 20) {
-    auto cache = BlobCache::open(dir_.path(), cap_bytes);
+    auto cache = BlobCache::open(base::machine_clock(), dir_.path(), cap_bytes);
     EXPECT_TRUE(cache.ok()) << cache.status();
     return *std::move(cache);
   }
@@ -155,7 +155,7 @@ TEST_F(BlobCacheTest, RemovesTheBlobsUsedLongestAgo) {
 TEST_F(BlobCacheTest, SaysWhichDirectoryCannotBeUsed) {
   const fs::path file = dir_.path() / "file";
   std::ofstream{file} << "x";
-  const auto cache = BlobCache::open(file, 1);
+  const auto cache = BlobCache::open(base::machine_clock(), file, 1);
   EXPECT_EQ(cache.status().code(), absl::StatusCode::kFailedPrecondition);
   EXPECT_NE(std::string{cache.status().message()}.find(file.string()), std::string::npos);
 }

@@ -26,7 +26,7 @@ class LeaseIntakeTest : public ::testing::Test {
     return {request.known_job_ids().begin(), request.known_job_ids().end()};
   }
 
-  LeaseTable leases_;
+  LeaseTable leases_{base::machine_clock()};
   std::vector<std::string> forgotten_;
   LeaseIntake intake_{leases_,
                       {.scene_digests = [] { return std::vector<std::string>{}; },

@@ -21,7 +21,7 @@ class LeaseTableTest : public ::testing::Test {
  protected:
   void add(const v1::Lease& granted) { table_.add(granted, std::make_shared<v1::JobSpec>()); }
 
-  LeaseTable table_;
+  LeaseTable table_{base::machine_clock()};
 };
 
 TEST_F(LeaseTableTest, GivesUnitsInTheOrderOfTheirGrant) {

@@ -23,7 +23,7 @@ class PreparedStoreTest : public ::testing::Test {
   FakeRenderer renderer_;
   FakeCoordinator coordinator_;
   GrpcLink link_{coordinator_.channel(), "the fake"};
-  PreparedStore store_{link_, nullptr};
+  PreparedStore store_{base::machine_clock(), link_, nullptr};
   v1::WorkUnit unit_;
   std::shared_ptr<const LoadedScene> scene_;
 };

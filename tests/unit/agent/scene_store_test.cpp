@@ -20,7 +20,8 @@ v1::JobSpec spec(const std::string& digest, std::uint32_t width = 8) {
 
 TEST(SceneStore, WhoeverWaitsHearsThatMemoryRanOut) {
   int loads = 0;
-  SceneStore store{[&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
+  SceneStore store{base::machine_clock(),
+                   [&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      if (++loads == 1) throw std::bad_alloc();
                      return LoadedScene{};
                    },
@@ -32,7 +33,8 @@ TEST(SceneStore, WhoeverWaitsHearsThatMemoryRanOut) {
 TEST(SceneStore, LoadsOnceForAllWhoWait) {
   std::atomic<int> loads{0};
   std::latch all_asked{5};
-  SceneStore store{[&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
+  SceneStore store{base::machine_clock(),
+                   [&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      ++loads;
                      all_asked.wait();
                      return LoadedScene{};
@@ -52,7 +54,8 @@ TEST(SceneStore, LoadsOnceForAllWhoWait) {
 
 TEST(SceneStore, KeepsTheScenesUsedLast) {
   int loads = 0;
-  SceneStore store{[&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
+  SceneStore store{base::machine_clock(),
+                   [&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      ++loads;
                      return LoadedScene{};
                    },
@@ -65,6 +68,7 @@ TEST(SceneStore, KeepsTheScenesUsedLast) {
 TEST(SceneStore, KeepsNoMoreThanItsMemoryBesideTheLast) {
   const int contents[3] = {};
   SceneStore store{
+      base::machine_clock(),
       [&](const v1::JobSpec& job, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
         LoadedScene loaded;
         loaded.bytes = job.content().scene() == "huge" ? 1000 : 40;
@@ -84,7 +88,8 @@ TEST(SceneStore, KeepsNoMoreThanItsMemoryBesideTheLast) {
 
 TEST(SceneStore, NeitherHowTheWorkIsCutNorWhoseItIsMakesAnotherScene) {
   int loads = 0;
-  SceneStore store{[&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
+  SceneStore store{base::machine_clock(),
+                   [&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      ++loads;
                      return LoadedScene{};
                    },
@@ -110,6 +115,7 @@ TEST(SceneStore, NeitherHowTheWorkIsCutNorWhoseItIsMakesAnotherScene) {
 TEST(SceneStore, ViewsAreLoadedOneAfterTheOtherAndCountAsOneScene) {
   std::atomic<int> at_once = 0, most = 0;
   SceneStore store{
+      base::machine_clock(),
       [&](const v1::JobSpec&, std::uint32_t view, std::stop_token) -> absl::StatusOr<LoadedScene> {
         most = std::max<int>(most, ++at_once);
         std::this_thread::yield();
@@ -135,7 +141,8 @@ TEST(SceneStore, ViewsAreLoadedOneAfterTheOtherAndCountAsOneScene) {
 
 TEST(SceneStore, AFailedLoadIsTriedAgain) {
   int loads = 0;
-  SceneStore store{[&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
+  SceneStore store{base::machine_clock(),
+                   [&](const v1::JobSpec&, std::uint32_t, std::stop_token) -> absl::StatusOr<LoadedScene> {
                      if (++loads == 1) return absl::UnavailableError("no");
                      return LoadedScene{};
                    },
@@ -147,6 +154,7 @@ TEST(SceneStore, AFailedLoadIsTriedAgain) {
 TEST(SceneStore, ALoadThatNobodyWantsAnyMoreIsStopped) {
   std::latch loading{1};
   SceneStore store{
+      base::machine_clock(),
       [&](const v1::JobSpec&, std::uint32_t, std::stop_token stop) -> absl::StatusOr<LoadedScene> {
         loading.count_down();
         while (!stop.stop_requested()) std::this_thread::yield();
@@ -167,6 +175,7 @@ std::pair<int, absl::Status> come_after_the_last(const std::function<absl::Statu
   std::atomic<int> loads{0};
   std::latch loading{1}, second_comes{1};
   SceneStore store{
+      base::machine_clock(),
       [&](const v1::JobSpec&, std::uint32_t, std::stop_token stop) -> absl::StatusOr<LoadedScene> {
         if (++loads > 1) return LoadedScene{};
         loading.count_down();

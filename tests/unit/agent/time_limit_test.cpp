@@ -10,7 +10,7 @@ namespace {
 using std::chrono::milliseconds;
 
 TEST(TimeLimit, StopsWhatTakesTooLong) {
-  TimeLimit limit{milliseconds{20}};
+  TimeLimit limit{base::machine_clock(), milliseconds{20}};
   const std::stop_source revoked;
   const TimeLimit::Watch watch(limit, revoked.get_token());
   std::latch stopped{1};
@@ -21,7 +21,7 @@ TEST(TimeLimit, StopsWhatTakesTooLong) {
 }
 
 TEST(TimeLimit, PassesOnARequestToStop) {
-  TimeLimit limit{std::chrono::hours{1}};
+  TimeLimit limit{base::machine_clock(), std::chrono::hours{1}};
   std::stop_source revoked;
   const TimeLimit::Watch watch(limit, revoked.get_token());
   EXPECT_FALSE(watch.token().stop_requested());
@@ -31,7 +31,7 @@ TEST(TimeLimit, PassesOnARequestToStop) {
 }
 
 TEST(TimeLimit, LeavesAloneWhatEndsInTime) {
-  TimeLimit limit{milliseconds{20}};
+  TimeLimit limit{base::machine_clock(), milliseconds{20}};
   std::stop_token done;
   {
     const TimeLimit::Watch watch(limit, {});
@@ -46,7 +46,7 @@ TEST(TimeLimit, LeavesAloneWhatEndsInTime) {
 }
 
 TEST(TimeLimit, ZeroIsNone) {
-  TimeLimit limit{milliseconds{0}};
+  TimeLimit limit{base::machine_clock(), milliseconds{0}};
   const TimeLimit::Watch watch(limit, {});
   EXPECT_FALSE(watch.expired());
 }

@@ -32,7 +32,7 @@ const std::map<std::string, Rooms>& rules() {
       {"lib/net", {"net", "base", "telemetry", "wire", "tessera/v1"}},
       {"lib/options", {"options", "base"}},
       {"server/scheduler", {"scheduler", "base", "wire", "tessera/v1"}},
-      {"server/store", {"store", "telemetry", "wire", "tessera/v1"}},
+      {"server/store", {"store", "base", "telemetry", "wire", "tessera/v1"}},
       {"server/tls", {"tls", "base", "net", "wire"}},
       {"server/connections", {"connections", "base", "telemetry"}},
       {"server/service",
@@ -328,7 +328,7 @@ struct ClockUse {
 };
 
 /// The verdict of a test of the gate depends on the sources alone: time is injected
-/// (server/service/farm/farm_clock.h), threads and processes are waited for by what they do. Whatever needs a
+/// (lib/base/clock.h), threads and processes are waited for by what they do. Whatever needs a
 /// clock is in tests/soak.
 TEST(Gate, LooksAtNoClock) {
   constexpr const char* kDates = "certificates have dates";

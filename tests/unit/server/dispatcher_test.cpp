@@ -14,10 +14,10 @@ namespace {
 using namespace std::chrono_literals;
 
 TEST(Dispatcher, WhatIsParkedIsTriedWhenThereIsWork) {
-  Dispatcher dispatcher(machine_clock(), [] {});
+  Dispatcher dispatcher(base::machine_clock(), [] {});
   std::atomic<bool> work = false;
   std::promise<bool> answered;
-  dispatcher.park("worker", machine_clock().now() + 1h, [&](bool last) {
+  dispatcher.park("worker", base::machine_clock().now() + 1h, [&](bool last) {
     if (!work) return false;
     answered.set_value(last);
     return true;
@@ -28,9 +28,9 @@ TEST(Dispatcher, WhatIsParkedIsTriedWhenThereIsWork) {
 }
 
 TEST(Dispatcher, TheLastTryComesAtTheDeadline) {
-  Dispatcher dispatcher(machine_clock(), [] {});
+  Dispatcher dispatcher(base::machine_clock(), [] {});
   std::promise<void> answered;
-  dispatcher.park("worker", machine_clock().now(), [&](bool last) {
+  dispatcher.park("worker", base::machine_clock().now(), [&](bool last) {
     if (last) answered.set_value();
     return last;
   });
@@ -47,10 +47,10 @@ TEST(Dispatcher, OfManyThatFindNothingEachHasItsTurn) {
   std::size_t tried = 0, in_one_round = 0, most_in_one_round = 0;
   int most = 0;
   std::promise<void> all_tried;
-  Dispatcher dispatcher(machine_clock(),
+  Dispatcher dispatcher(base::machine_clock(),
                         [&] { in_one_round = 0; });  // nobody notifies, so each tick begins a round
   for (std::size_t i = 0; i < kMany; ++i) {
-    dispatcher.park(std::to_string(i), machine_clock().now() + 1h, [&, i](bool last) {
+    dispatcher.park(std::to_string(i), base::machine_clock().now() + 1h, [&, i](bool last) {
       if (!all_parked && !tried_when_parked[i]) {
         tried_when_parked[i] = true;
         ++parked;
@@ -75,11 +75,11 @@ TEST(Dispatcher, AWorkerWithAFreeHandDoesNotWaitForItsTurn) {
   std::atomic<int> ticks = 0;
   std::atomic<bool> has_work = false;
   std::promise<int> answered;
-  Dispatcher dispatcher(machine_clock(), [&] { ++ticks; });
+  Dispatcher dispatcher(base::machine_clock(), [&] { ++ticks; });
   for (int i = 0; i < kMany; ++i) {
-    dispatcher.park(std::to_string(i), machine_clock().now() + 1h, [](bool last) { return last; });
+    dispatcher.park(std::to_string(i), base::machine_clock().now() + 1h, [](bool last) { return last; });
   }
-  dispatcher.park("free", machine_clock().now() + 1h, [&](bool last) {
+  dispatcher.park("free", base::machine_clock().now() + 1h, [&](bool last) {
     if (has_work && !last) answered.set_value(ticks);
     return has_work || last;
   });
@@ -91,19 +91,19 @@ TEST(Dispatcher, AWorkerWithAFreeHandDoesNotWaitForItsTurn) {
 
 TEST(Dispatcher, StoppingAnswersAllAndLaterOnesAtOnce) {
   int last_tries = 0, wakes = 0;
-  Dispatcher dispatcher(machine_clock(), [] {});
+  Dispatcher dispatcher(base::machine_clock(), [] {});
   const auto attempt = [&](bool last) { return last && ++last_tries > 0; };
-  dispatcher.park("worker", machine_clock().now() + 1h, attempt);
+  dispatcher.park("worker", base::machine_clock().now() + 1h, attempt);
   dispatcher.stop();
   EXPECT_EQ(last_tries, 1);
-  dispatcher.park("worker", machine_clock().now() + 1h, attempt);
+  dispatcher.park("worker", base::machine_clock().now() + 1h, attempt);
   EXPECT_EQ(last_tries, 2);
   dispatcher.subscribe([&] { return ++wakes < 0; });
   EXPECT_EQ(wakes, 1);
 }
 
 TEST(Dispatcher, SubscribersAreWokenUntilTheyHaveEnough) {
-  Dispatcher dispatcher(machine_clock(), [] {});
+  Dispatcher dispatcher(base::machine_clock(), [] {});
   std::promise<void> woken_thrice;
   int wakes = 0;
   dispatcher.subscribe([&] {

@@ -6,12 +6,12 @@
 #include <mutex>
 #include <vector>
 
-#include "service/farm/farm_clock.h"
+#include "base/clock.h"
 
 namespace tessera::server {
 
 /// Begins some hours after all epochs.
-class ManualClock final : public FarmClock {
+class ManualClock final : public base::Clock {
  public:
   TimePoint now() const override {
     const std::lock_guard lock(mutex_);
@@ -19,21 +19,6 @@ class ManualClock final : public FarmClock {
   }
   std::chrono::milliseconds wall() const override {
     return std::chrono::duration_cast<std::chrono::milliseconds>(now().time_since_epoch());
-  }
-
-  void wait_until(std::unique_lock<std::mutex>& lock, std::condition_variable& changed,
-                  TimePoint deadline) override {
-    std::list<Waiter>::iterator place;
-    {
-      const std::lock_guard own(mutex_);
-      if (deadline <= now_) return;
-      place = waiters_.insert(waiters_.end(), {lock.mutex(), &changed, deadline});
-      waiting_changed_.notify_all();
-    }
-    changed.wait(lock);
-    const std::lock_guard own(mutex_);
-    waiters_.erase(place);
-    waiting_changed_.notify_all();
   }
 
   /// Moves on. Whoever waited for a time that has come, has left that wait when this returns.
@@ -62,9 +47,25 @@ class ManualClock final : public FarmClock {
  private:
   struct Waiter {
     std::mutex* mutex;
-    std::condition_variable* changed;
+    base::Condition* changed;
     TimePoint deadline;
   };
+
+  void wait(base::Condition& changed, std::unique_lock<std::mutex>& lock, const std::stop_token& stop,
+            TimePoint deadline, base::Place where) override {
+    if (deadline == kNever) return Clock::wait(changed, lock, stop, kNever, where);
+    std::list<Waiter>::iterator place;
+    {
+      const std::lock_guard own(mutex_);
+      if (deadline <= now_) return;
+      place = waiters_.insert(waiters_.end(), {lock.mutex(), &changed, deadline});
+      waiting_changed_.notify_all();
+    }
+    Clock::wait(changed, lock, stop, kNever, where);
+    const std::lock_guard own(mutex_);
+    waiters_.erase(place);
+    waiting_changed_.notify_all();
+  }
 
   std::size_t due() const {
     std::size_t due = 0;

@@ -32,20 +32,22 @@ absl::Status upload(CoordinatorLink& link, const Outcome& outcome, const std::st
 
 }  // namespace
 
-Outbox::Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
-               Options options)
+Outbox::Outbox(base::Clock& clock, CoordinatorLink& link, Session& session, LeaseTable& leases,
+               LeaseIntake& intake, Heart& heart, Options options)
     : link_(link),
       session_(session),
       leases_(leases),
       intake_(intake),
       heart_(heart),
-      options_(std::move(options)) {
+      options_(std::move(options)),
+      filled_(clock),
+      room_(clock) {
   for (int i = 0; i < options_.senders; ++i)
-    senders_.emplace_back([this](std::stop_token stop) { send_all(stop); });
+    senders_.push_back(clock.start("sender", [this](std::stop_token stop) { send_all(stop); }));
 }
 
 Outbox::~Outbox() {
-  for (std::jthread& sender : senders_) sender.request_stop();
+  for (base::Thread& sender : senders_) sender.request_stop();
 }
 
 bool Outbox::push(Outcome outcome, std::stop_token stop) {

@@ -2,7 +2,6 @@
 // of restarts.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -11,7 +10,6 @@
 #include <mutex>
 #include <stop_token>
 #include <string>
-#include <thread>
 #include <vector>
 
 #include "agent/agent.h"
@@ -19,6 +17,7 @@
 #include "agent/lease_table.h"
 #include "agent/link/heart.h"
 #include "agent/link/session.h"
+#include "base/clock.h"
 
 namespace tessera::agent {
 
@@ -43,8 +42,8 @@ class Outbox {
     std::function<std::vector<std::string>(const std::string& job_id)> recent_log = {};  // see AgentOptions
   };
 
-  Outbox(CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake, Heart& heart,
-         Options options);
+  Outbox(base::Clock& clock, CoordinatorLink& link, Session& session, LeaseTable& leases, LeaseIntake& intake,
+         Heart& heart, Options options);
   ~Outbox();
 
   /// Waits while the outbox is full; false when `stop` is requested meanwhile, and the outcome is dropped.
@@ -65,11 +64,11 @@ class Outbox {
   Heart& heart_;
   const Options options_;
   mutable std::mutex mutex_;
-  std::condition_variable_any filled_, room_;
+  base::Condition filled_, room_;
   std::deque<Outcome> queue_;
   std::uint64_t acknowledged_ = 0;
   std::uint64_t held_results_ = 0, held_bytes_ = 0;  // queued, or on their way
-  std::vector<std::jthread> senders_;
+  std::vector<base::Thread> senders_;
 };
 
 }  // namespace tessera::agent

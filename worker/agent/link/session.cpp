@@ -11,8 +11,6 @@
 namespace tessera::agent {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
 constexpr std::chrono::milliseconds kShortestHeartbeat{50};
 constexpr std::chrono::milliseconds kReconnectCap{2000};
 
@@ -24,8 +22,8 @@ std::chrono::milliseconds interval_of(const google::protobuf::Duration& duration
 
 }  // namespace
 
-Session::Session(CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce)
-    : link_(link), request_(std::move(request)), introduce_(std::move(introduce)) {}
+Session::Session(base::Clock& clock, CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce)
+    : clock_(clock), link_(link), request_(std::move(request)), introduce_(std::move(introduce)) {}
 
 absl::StatusOr<std::string> Session::worker_id(std::stop_token stop) {
   std::unique_lock lock{mutex_};
@@ -97,18 +95,18 @@ std::string Session::current() const {
 absl::StatusOr<std::string> Session::wait_for_beat(const std::string& known, std::stop_token stop) {
   {
     std::unique_lock lock{mutex_};
-    const auto due = [&] { return worker_id_ != known || last_beat_ + heartbeat_interval_ <= Clock::now(); };
+    const auto due = [&] { return worker_id_ != known || last_beat_ + heartbeat_interval_ <= clock_.now(); };
     // Again where a heartbeat went out early meanwhile.
     while (!due() && !stop.stop_requested())
       changed_.wait_until(lock, stop, last_beat_ + heartbeat_interval_, due);
-    last_beat_ = Clock::now();
+    last_beat_ = clock_.now();
   }
   return worker_id(stop);
 }
 
 bool Session::beat_early() {
   const std::lock_guard lock{mutex_};
-  const Clock::time_point now = Clock::now();
+  const base::Clock::TimePoint now = clock_.now();
   if (last_beat_ + heartbeat_interval_ / 2 > now) return false;
   last_beat_ = now;
   return true;

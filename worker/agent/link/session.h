@@ -2,7 +2,6 @@
 #pragma once
 
 #include <chrono>
-#include <condition_variable>
 #include <functional>
 #include <mutex>
 #include <stop_token>
@@ -10,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "agent/link/coordinator_link.h"
+#include "base/clock.h"
 
 namespace tessera::agent {
 
@@ -19,7 +19,7 @@ class Session {
   /// Says what this worker holds already, before anybody is told that it is registered by this id.
   using Introduce = std::function<void(const std::string& worker_id, std::stop_token stop)>;
 
-  Session(CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce);
+  Session(base::Clock& clock, CoordinatorLink& link, v1::RegisterRequest request, Introduce introduce);
 
   /// The worker's id; registers first when there is none, and goes on trying while the coordinator cannot be
   /// reached. Cancelled when `stop` is requested; any other error is final: the coordinator refuses this
@@ -46,17 +46,18 @@ class Session {
  private:
   absl::StatusOr<v1::RegisterResponse> register_until_heard(bool registered_before, std::stop_token stop);
 
+  base::Clock& clock_;
   CoordinatorLink& link_;
   const v1::RegisterRequest request_;
   const Introduce introduce_;
   mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  base::Condition changed_{clock_};
   bool registering_ = false;
   bool registered_before_ = false;
   std::string worker_id_;
   absl::Status refused_;
   std::chrono::milliseconds heartbeat_interval_{1000};
-  std::chrono::steady_clock::time_point last_beat_;
+  base::Clock::TimePoint last_beat_;
 };
 
 }  // namespace tessera::agent

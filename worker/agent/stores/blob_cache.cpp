@@ -67,19 +67,40 @@ absl::StatusOr<std::uint64_t> digest_existing(const OpenFile& file, wire::Sha256
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<BlobCache>> BlobCache::open(fs::path dir, std::uint64_t cap_bytes) {
+absl::StatusOr<std::unique_ptr<BlobCache>> BlobCache::open(base::Clock& clock, fs::path dir,
+                                                           std::uint64_t cap_bytes) {
   std::error_code error;
   fs::create_directories(dir / "partial", error);
   if (error) {
     return absl::FailedPreconditionError(
         absl::StrCat("blob cache: cannot create ", dir.string(), ": ", error.message()));
   }
-  std::unique_ptr<BlobCache> cache{new BlobCache{std::move(dir), cap_bytes}};
+  std::unique_ptr<BlobCache> cache{new BlobCache{clock, std::move(dir), cap_bytes}};
   cache->prune("");
   return cache;
 }
 
-BlobCache::BlobCache(fs::path dir, std::uint64_t cap_bytes) : dir_(std::move(dir)), cap_bytes_(cap_bytes) {}
+BlobCache::BlobCache(base::Clock& clock, fs::path dir, std::uint64_t cap_bytes)
+    : clock_(clock), dir_(std::move(dir)), cap_bytes_(cap_bytes) {}
+
+class BlobCache::Turn {
+ public:
+  Turn(BlobCache& cache, const std::string& digest) : cache_(cache), digest_(digest) {
+    std::unique_lock lock{cache_.turns_mutex_};
+    cache_.turn_ended_.wait(lock, [&] { return cache_.turns_.insert(digest_).second; });
+  }
+  ~Turn() {
+    const std::lock_guard lock{cache_.turns_mutex_};
+    cache_.turns_.erase(digest_);
+    cache_.turn_ended_.notify_all();
+  }
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+
+ private:
+  BlobCache& cache_;
+  const std::string& digest_;
+};
 
 fs::path BlobCache::blob_path(const std::string& digest) const { return dir_ / digest.substr(0, 2) / digest; }
 fs::path BlobCache::partial_path(const std::string& digest) const { return dir_ / "partial" / digest; }
@@ -114,7 +135,7 @@ absl::StatusOr<bool> BlobCache::is_intact(const OpenFile& file, const std::strin
     const std::lock_guard lock{checked_mutex_};
     const auto known = checked_.find(digest);
     if (known != checked_.end() && ::fstat(file.get(), &info) == 0 && known->second.inode == info.st_ino &&
-        std::chrono::steady_clock::now() - known->second.when < kTrustInFiles) {
+        clock_.now() - known->second.when < kTrustInFiles) {
       return true;
     }
   }
@@ -131,7 +152,7 @@ void BlobCache::note_checked(const OpenFile& file, const std::string& digest) {
   struct stat info {};
   if (::fstat(file.get(), &info) != 0) return;
   const std::lock_guard lock{checked_mutex_};
-  checked_[digest] = {info.st_ino, std::chrono::steady_clock::now()};
+  checked_[digest] = {info.st_ino, clock_.now()};
 }
 
 absl::StatusOr<render::BlobBytes> BlobCache::get(const std::string& digest, const Fetch& fetch) {
@@ -139,6 +160,7 @@ absl::StatusOr<render::BlobBytes> BlobCache::get(const std::string& digest, cons
   if (!found.ok()) return found.status();
   if (found->has_value()) return **std::move(found);
 
+  const Turn turn{*this, digest};
   const fs::path part = partial_path(digest);
   absl::StatusOr<OpenFile> file = open_locked(part);
   if (!file.ok()) return file.status();

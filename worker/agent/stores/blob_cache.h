@@ -2,7 +2,6 @@
 #pragma once
 
 #include <atomic>
-#include <chrono>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -10,11 +9,13 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
 #include "absl/status/statusor.h"
 #include "agent/stores/mapped_file.h"
+#include "base/clock.h"
 #include "render/scene/load_scene.h"
 
 namespace tessera::agent {
@@ -24,7 +25,8 @@ namespace tessera::agent {
 class BlobCache {
  public:
   /// Creates `dir` where needed. Blobs used longest ago are removed while there are more than `cap_bytes`.
-  static absl::StatusOr<std::unique_ptr<BlobCache>> open(std::filesystem::path dir, std::uint64_t cap_bytes);
+  static absl::StatusOr<std::unique_ptr<BlobCache>> open(base::Clock& clock, std::filesystem::path dir,
+                                                         std::uint64_t cap_bytes);
 
   /// The blob, mapped into memory, when the cache has it. A file whose bytes have another digest by now is
   /// removed, and is no blob.
@@ -46,7 +48,7 @@ class BlobCache {
   std::uint64_t bytes() const { return bytes_; }
 
  private:
-  BlobCache(std::filesystem::path dir, std::uint64_t cap_bytes);
+  BlobCache(base::Clock& clock, std::filesystem::path dir, std::uint64_t cap_bytes);
 
   std::filesystem::path blob_path(const std::string& digest) const;
   std::filesystem::path partial_path(const std::string& digest) const;
@@ -54,6 +56,7 @@ class BlobCache {
   absl::StatusOr<bool> is_intact(const OpenFile& file, const std::string& digest);
   void note_checked(const OpenFile& file, const std::string& digest);
 
+  base::Clock& clock_;
   const std::filesystem::path dir_;
   const std::uint64_t cap_bytes_;
   std::mutex prune_mutex_;
@@ -61,10 +64,15 @@ class BlobCache {
   /// When which file was last seen to have the bytes that its name says.
   struct Checked {
     std::uint64_t inode = 0;
-    std::chrono::steady_clock::time_point when;
+    base::Clock::TimePoint when;
   };
   std::mutex checked_mutex_;
   std::map<std::string, Checked> checked_;
+  /// The right to fetch a blob, among the threads of this process: it is waited for by the clock.
+  class Turn;
+  std::mutex turns_mutex_;
+  base::Condition turn_ended_{clock_};
+  std::set<std::string> turns_;  // digests of blobs that are fetched
 };
 
 /// $XDG_CACHE_HOME/tessera, or ~/.cache/tessera, or a directory for this user under the system's temporary

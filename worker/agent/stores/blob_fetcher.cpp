@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <system_error>
-#include <thread>
 #include <utility>
 #include <vector>
 
@@ -19,7 +18,8 @@ constexpr int kParallelDownloads = 4;
 
 }  // namespace
 
-BlobFetcher::BlobFetcher(CoordinatorLink& link, BlobCache& cache) : link_(link), cache_(cache) {}
+BlobFetcher::BlobFetcher(base::Clock& clock, CoordinatorLink& link, BlobCache& cache)
+    : clock_(clock), link_(link), cache_(cache) {}
 
 absl::StatusOr<render::BlobBytes> BlobFetcher::get(const std::string& digest, std::stop_token stop) {
   bool missed = false;
@@ -65,9 +65,10 @@ void BlobFetcher::prefetch(const v1::JobSpec& spec, std::stop_token stop) {
       if (digest != spec.content().scene() && !get(digest, stop).ok()) failed = true;
     }
   };
-  std::vector<std::jthread> helpers;
+  std::vector<base::Thread> helpers;
   try {
-    for (int i = 1; i < std::min(kParallelDownloads, blobs.size()); ++i) helpers.emplace_back(take_and_fetch);
+    for (int i = 1; i < std::min(kParallelDownloads, blobs.size()); ++i)
+      helpers.push_back(clock_.start("download", [&](std::stop_token) { take_and_fetch(); }));
   } catch (const std::system_error&) {  // no memory for one more stack: those that there are fetch all
   }
   take_and_fetch();

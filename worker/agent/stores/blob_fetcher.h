@@ -10,6 +10,7 @@
 #include "agent/agent.h"
 #include "agent/link/coordinator_link.h"
 #include "agent/stores/blob_cache.h"
+#include "base/clock.h"
 #include "tessera/v1/job.pb.h"
 
 namespace tessera::agent {
@@ -17,7 +18,7 @@ namespace tessera::agent {
 /// Thread-safe.
 class BlobFetcher {
  public:
-  BlobFetcher(CoordinatorLink& link, BlobCache& cache);
+  BlobFetcher(base::Clock& clock, CoordinatorLink& link, BlobCache& cache);
 
   /// The blob's bytes. A download that breaks off goes on where it broke, for as long as the coordinator may
   /// come back; a blob that comes with the wrong bytes three times is DataLoss. Cancelled when `stop` is
@@ -34,6 +35,7 @@ class BlobFetcher {
   void add_to(AgentReport& report) const;
 
  private:
+  base::Clock& clock_;
   CoordinatorLink& link_;
   BlobCache& cache_;
   std::atomic<std::uint64_t> downloaded_bytes_{0};

@@ -1,7 +1,6 @@
 // Results of a job's phases, for units that read them: fetched and read once, however many units need them.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <list>
 #include <map>
@@ -16,6 +15,7 @@
 #include "agent/link/coordinator_link.h"
 #include "agent/stores/blob_fetcher.h"
 #include "agent/stores/scene_store.h"
+#include "base/clock.h"
 #include "render/renderer.h"
 #include "tessera/v1/job.pb.h"
 
@@ -31,7 +31,8 @@ struct Inputs {
 class PreparedStore {
  public:
   /// Without a fetcher, blobs are kept in memory alone.
-  PreparedStore(CoordinatorLink& link, BlobFetcher* fetcher) : link_(link), fetcher_(fetcher) {}
+  PreparedStore(base::Clock& clock, CoordinatorLink& link, BlobFetcher* fetcher)
+      : link_(link), fetcher_(fetcher), changed_(clock) {}
 
   /// The blobs that the unit reads. Cancelled when `stop` is requested.
   absl::StatusOr<Inputs> fetch(const std::string& job_id, const v1::WorkUnit& unit, std::stop_token stop);
@@ -62,7 +63,7 @@ class PreparedStore {
   CoordinatorLink& link_;
   BlobFetcher* const fetcher_;
   std::mutex mutex_;
-  std::condition_variable_any changed_;
+  base::Condition changed_;
   std::list<std::shared_ptr<Slot>> slots_;             // the last asked for first
   std::map<std::string, std::set<std::string>> read_;  // digests by job
 };

@@ -32,8 +32,8 @@ struct SceneStore::Slot {
   std::stop_source abandoned;
 };
 
-SceneStore::SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes)
-    : loader_(std::move(loader)), keep_(keep), cap_bytes_(cap_bytes) {}
+SceneStore::SceneStore(base::Clock& clock, Loader loader, std::size_t keep, std::size_t cap_bytes)
+    : loader_(std::move(loader)), keep_(keep), cap_bytes_(cap_bytes), changed_(clock) {}
 
 absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::get(const v1::JobSpec& spec,
                                                                    std::uint32_t view, std::stop_token stop) {

@@ -1,7 +1,6 @@
 // Scenes ready to render, each loaded once however many units need it.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "base/clock.h"
 #include "render/scene/load_scene.h"
 #include "tessera/v1/job.pb.h"
 
@@ -36,7 +36,7 @@ class SceneStore {
 
   /// Keeps the scenes used last: at most `keep`, of which all views count as one, and no more than
   /// `cap_bytes` beside the very last.
-  SceneStore(Loader loader, std::size_t keep, std::size_t cap_bytes = SIZE_MAX);
+  SceneStore(base::Clock& clock, Loader loader, std::size_t keep, std::size_t cap_bytes = SIZE_MAX);
 
   /// The scene as `spec` wants it, in one of its views. The first caller loads it on its own thread, the
   /// others wait. A load whose callers have all been stopped is stopped too; whoever comes before it has
@@ -67,7 +67,7 @@ class SceneStore {
   const Loader loader_;
   const std::size_t keep_, cap_bytes_;
   mutable std::mutex mutex_;
-  std::condition_variable_any changed_;
+  base::Condition changed_;
   std::list<std::shared_ptr<Slot>> slots_;  // the last used first
 };
 

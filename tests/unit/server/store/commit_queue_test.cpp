@@ -48,7 +48,7 @@ TEST(CommitQueue, WhatComesDuringACommitGoesTogetherIntoTheNext) {
   SlowJournal journal;
   std::vector<int> order;
   {
-    CommitQueue queue(journal);
+    CommitQueue queue(journal, base::machine_clock());
     queue.push({unit(1)}, [&](const absl::Status&) { order.push_back(1); });
     journal.await_begin();
     for (int i = 2; i <= 4; ++i) {
@@ -66,7 +66,7 @@ TEST(CommitQueue, WhatComesDuringACommitGoesTogetherIntoTheNext) {
 
 TEST(CommitQueue, ACallWithoutEntriesWaitsForThoseBefore) {
   SlowJournal journal;
-  CommitQueue queue(journal);
+  CommitQueue queue(journal, base::machine_clock());
   std::promise<void> first, barrier;
   queue.push({unit(1)}, [&](const absl::Status&) { first.set_value(); });
   queue.push({}, [&](const absl::Status&) { barrier.set_value(); });
@@ -83,7 +83,7 @@ TEST(CommitQueue, ErrorsReachTheCallers) {
   journal.result = absl::InternalError("disk");
   absl::Status seen;
   {
-    CommitQueue queue(journal);
+    CommitQueue queue(journal, base::machine_clock());
     queue.push({unit(1)}, [&](const absl::Status& status) { seen = status; });
     journal.end_commit();
   }
