@@ -44,6 +44,7 @@ std::uint64_t CommitQueue::waiting_bytes() const {
 }
 
 void CommitQueue::run() {
+  absl::Status status;  // of all until now: what waits for a commit that failed has failed, too
   while (true) {
     std::vector<Item> batch;
     {
@@ -57,7 +58,7 @@ void CommitQueue::run() {
       entries.insert(entries.end(), std::make_move_iterator(item.entries.begin()),
                      std::make_move_iterator(item.entries.end()));
     }
-    const absl::Status status = entries.empty() ? absl::OkStatus() : journal_.commit(entries);
+    if (status.ok() && !entries.empty()) status = journal_.commit(entries);
     {
       const std::lock_guard lock(mutex_);
       waiting_bytes_ -= bytes_of(entries);

@@ -15,6 +15,7 @@ namespace tessera::server {
 class CommitQueue {
  public:
   /// Called once the entries are durable, or are known not to be; from the queue's own thread, in order.
+  /// After an error nothing is committed any more, and everybody gets that error.
   using Done = std::function<void(const absl::Status&)>;
 
   /// Both must outlive the queue.

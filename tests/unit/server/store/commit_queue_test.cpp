@@ -78,16 +78,21 @@ TEST(CommitQueue, ACallWithoutEntriesWaitsForThoseBefore) {
   EXPECT_EQ(first_done.wait_for(std::chrono::seconds(0)), std::future_status::ready);
 }
 
-TEST(CommitQueue, ErrorsReachTheCallers) {
+TEST(CommitQueue, ErrorsReachTheCallersAndAllWhoComeLater) {
   SlowJournal journal;
   journal.result = absl::InternalError("disk");
-  absl::Status seen;
+  std::vector<absl::Status> seen;
+  const auto look = [&](const absl::Status& status) { seen.push_back(status); };
   {
     CommitQueue queue(journal, base::machine_clock());
-    queue.push({unit(1)}, [&](const absl::Status& status) { seen = status; });
+    queue.push({unit(1)}, look);
+    journal.await_begin();
+    queue.push({}, look);  // asks whether the first is durable
+    queue.push({unit(2)}, look);
     journal.end_commit();
   }
-  EXPECT_EQ(seen, journal.result);
+  EXPECT_EQ(seen, std::vector(3, journal.result));
+  EXPECT_EQ(journal.sizes.size(), 1u);
 }
 
 }  // namespace
