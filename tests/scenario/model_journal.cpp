@@ -30,21 +30,32 @@ absl::Status ModelJournal::commit(const std::vector<JournalEntry>& entries) {
       find(ended->id)->ended = *ended;
     } else if (const auto* reopened = std::get_if<JobReopened>(&entry)) {
       find(reopened->id)->ended = {.id = reopened->id, .state = 0, .error = "", .finished_unix_ms = 0};
+    } else if (const auto* stats = std::get_if<JobStats>(&entry)) {
+      find(stats->id)->stats = *stats;
     } else if (const auto* done = std::get_if<UnitDone>(&entry)) {
       JobRecord& record = *find(done->job);
       if (done->sequence != record.results.size() + 1) {
         return absl::InternalError(
             absl::StrCat("job ", done->job, " lacks result ", record.results.size() + 1));
       }
-      ++record.result_count;
-      record.results.push_back(
-          {.units = done->units, .digest = done->digest, .stats = done->stats, .host = done->host});
+      absl::StatusOr<std::string> payload = done->payload;
+      if (!done->from_job.empty()) payload = read_result(done->from_job, done->from_sequence);
+      if (!payload.ok()) payload = "";  // a copy of what is lost is as lost
+      record.whole_results = ++record.result_count;
+      record.result_bytes += payload->size();
+      record.results.push_back({.units = done->units,
+                                .digest = done->digest,
+                                .stats = done->stats,
+                                .host = done->host,
+                                .bytes = payload->size()});
+      payloads_by_job_[done->job].push_back(*std::move(payload));
     } else if (const auto* event = std::get_if<SchedulerEvent>(&entry)) {
       (event->job.empty() ? farm_events_ : find(event->job)->events).push_back(*event);
     } else if (const auto* fetched = std::get_if<JobFetched>(&entry)) {
       find(fetched->id)->fetched = true;
     } else if (const auto* pruned = std::get_if<JobPruned>(&entry)) {
       std::erase_if(records_, [&](const JobRecord& record) { return record.added.id == pruned->id; });
+      payloads_by_job_.erase(pruned->id);
     }
   }
   return absl::OkStatus();
@@ -57,12 +68,20 @@ absl::StatusOr<JobRecord> ModelJournal::read_job(const std::string& job) {
 }
 
 absl::StatusOr<std::string> ModelJournal::read_result(const std::string& job, std::uint64_t sequence) {
-  return absl::UnimplementedError("the model keeps no payloads");
+  const auto payloads = payloads_by_job_.find(job);
+  if (payloads == payloads_by_job_.end() || sequence == 0 || sequence > payloads->second.size())
+    return absl::OutOfRangeError(absl::StrCat("job ", job, " has no result ", sequence));
+  return payloads->second[sequence - 1];
 }
 
-absl::StatusOr<std::vector<CoveredUnits>> ModelJournal::read_units(const std::string&, std::uint64_t,
-                                                                   std::uint32_t) {
-  return absl::UnimplementedError("nobody fetches from the model");
+absl::StatusOr<std::vector<CoveredUnits>> ModelJournal::read_units(const std::string& job,
+                                                                   std::uint64_t after, std::uint32_t most) {
+  const JobRecord* const record = find(job);
+  if (record == nullptr) return absl::NotFoundError(absl::StrCat("there is no job ", job));
+  std::vector<CoveredUnits> units;
+  for (std::size_t i = after; i < record->results.size() && units.size() < most; ++i)
+    units.push_back(record->results[i].units);
+  return units;
 }
 
 }  // namespace tessera::server

@@ -1,6 +1,8 @@
 // A journal that is a list of records in memory: what the real one means, without how it does it.
 #pragma once
 
+#include <map>
+#include <string>
 #include <vector>
 
 #include "store/journal.h"
@@ -27,6 +29,7 @@ class ModelJournal final : public Journal {
   std::uint64_t epoch_ = 0;
   std::vector<JobRecord> records_;
   std::vector<SchedulerEvent> farm_events_;
+  std::map<std::string, std::vector<std::string>> payloads_by_job_;
 };
 
 }  // namespace tessera::server
