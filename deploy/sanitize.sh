@@ -33,7 +33,7 @@ build=build/asan-quick
 }
 
 mkdir -p "$build/lib"
-for kernel in build/release/lib/libtessera_kernel_*.so; do
+for kernel in build/release/lib/libtessera_{kernel,spectral}_*.so; do
   [ ! -f "$kernel" ] || ln -sf "$top/$kernel" "$build/lib/"
 done
 

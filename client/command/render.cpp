@@ -248,9 +248,7 @@ void add_render_command(CommandLine& line) {
       .add("--display", options->display,
            "show the picture as it grows: in browsers of this machine, or in the viewer tev")
       .one_of({"web", "tev"});
-  command
-      .add("--checkpoint", options->checkpoint,
-           "keep results in this folder; the same command goes on with them")
+  command.add("--checkpoint", options->checkpoint, "keep results here; the same command goes on")
       .type_name("FOLDER");
   command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");
   command.example("tessera render turn.####.pbrt -o turn.####.exr --frames 1-60");

@@ -30,6 +30,7 @@ constexpr std::array kRadiosityPhases{
 constexpr std::array kAlgorithms{
     AlgorithmTraits{.name = "path",
                     .summary = "paths from the camera, over surfaces",
+                    .wavelengths = true,
                     .noise = true,
                     .scatters = true,
                     .shares_paths = true,
@@ -41,6 +42,7 @@ constexpr std::array kAlgorithms{
                     .blindness = Blindness::kCaustics},
     AlgorithmTraits{.name = "volpath",
                     .summary = "paths from the camera, through media too",
+                    .wavelengths = true,
                     .media = true,
                     .noise = true,
                     .scatters = true,
@@ -53,6 +55,7 @@ constexpr std::array kAlgorithms{
                     .blindness = Blindness::kCaustics},
     AlgorithmTraits{.name = "light",
                     .summary = "paths from the lights, over surfaces: caustics",
+                    .wavelengths = true,
                     .work = WorkKind::kPasses,
                     .layers = LayerStates::kFromBothEnds,
                     .samples_all_light = true,
@@ -61,6 +64,7 @@ constexpr std::array kAlgorithms{
                     .blindness = Blindness::kMirrorImages},
     AlgorithmTraits{.name = "direct",
                     .summary = "lights and what they light, without light between surfaces",
+                    .wavelengths = true,
                     .noise = true,
                     .scatters = true,
                     .first_hit_aovs = true,
@@ -205,6 +209,14 @@ const char* word_of(Blindness blindness) {
 }
 
 std::span<const AlgorithmTraits> algorithms() { return table(); }
+
+std::string spectral_algorithms() {
+  std::vector<std::string> names;
+  for (const AlgorithmTraits& algorithm : table()) {
+    if (algorithm.wavelengths) names.emplace_back(algorithm.name);
+  }
+  return absl::StrJoin(names, ", ");
+}
 
 void add_algorithm(const AlgorithmTraits& algorithm) { table().push_back(algorithm); }
 

@@ -57,6 +57,7 @@ struct PhaseTraits {
 struct AlgorithmTraits {
   const char* name;
   const char* summary = "";  // for people, in one line
+  bool wavelengths = false;  // paths may carry light of wavelengths (RenderSettings.color)
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
   bool media = false;           // sees participating media; where not, they are left out with a warning
@@ -82,6 +83,9 @@ struct AlgorithmTraits {
 
 /// All of them; the first is the default.
 std::span<const AlgorithmTraits> algorithms();
+
+/// Names of those that carry light of wavelengths, for people: "path, light".
+std::string spectral_algorithms();
 
 /// Adds one that does not come with the kernels, at the start of a program, before anything else is called.
 void add_algorithm(const AlgorithmTraits& algorithm);

@@ -197,6 +197,8 @@ absl::Status check_obstacles(const v1::Algorithms& algorithms, const v1::Scene& 
 std::string obstacle_to(const v1::Algorithms& algorithms, const v1::Scene& scene, bool wants_media) {
   const std::vector<Obstacle> obstacles = find_obstacles(algorithms, scene, 1);
   if (!obstacles.empty()) return obstacles.front().reason;
+  if (algorithms.color() == v1::COLOR_SPECTRAL && !find_algorithm(algorithms.integrator())->wavelengths)
+    return "carries no light of wavelengths";
   if (wants_media && !find_algorithm(algorithms.integrator())->media && scene.media_size() > 0)
     return "sees no media";
   return "";

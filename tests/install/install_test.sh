@@ -27,7 +27,7 @@ PATH=$prefix/bin:/usr/bin:/bin
 for program in tessera tessera-server tessera-worker; do
   [ "$("$prefix/bin/$program" --version)" = "$("$build/bin/$program" --version)" ] || die "$program --version"
 done
-for module in "$build"/lib/libtessera_{images,assimp,kernel_*}.so; do
+for module in "$build"/lib/libtessera_{images,assimp,kernel_*,spectral_*}.so; do
   case $module in *\**) continue ;; esac  # a build without kernels
   [ -e "$prefix/lib/${module##*/}" ] || die "${module##*/} is not installed"
 done

@@ -12,11 +12,6 @@ namespace {
 /// with 28 (0.7 s, 790 kB).
 constexpr int kTableResolution = 28;
 
-const SigmoidTable& shared_table() {
-  static const SigmoidTable table(kTableResolution);
-  return table;
-}
-
 /// Into [0, highest]; NaN becomes 0.
 Rgb into_range(const Rgb& rgb, float highest) {
   const auto inside = [highest](float v) { return v > 0 ? std::min(v, highest) : 0.0f; };
@@ -27,9 +22,14 @@ bool same(const Rgb& a, const Rgb& b) { return a.r == b.r && a.g == b.g && a.b =
 
 }  // namespace
 
+const SigmoidTable& sigmoid_table() {
+  static const SigmoidTable table(kTableResolution);
+  return table;
+}
+
 UpsampledReflectance upsample_reflectance(const Rgb& rgb) {
   const Rgb inside = into_range(rgb, 1);
-  return {shared_table().look_up(inside), same(inside, rgb)};
+  return {sigmoid_table().look_up(inside), same(inside, rgb)};
 }
 
 UpsampledEmission upsample_emission(const Rgb& rgb) {
@@ -37,7 +37,7 @@ UpsampledEmission upsample_emission(const Rgb& rgb) {
   // Reflectances of half the light: brighter ones are less smooth.
   const float scale = 2 * std::max({inside.r, inside.g, inside.b});
   const SigmoidCoefficients coefficients =
-      scale > 0 ? shared_table().look_up({inside.r / scale, inside.g / scale, inside.b / scale})
+      scale > 0 ? sigmoid_table().look_up({inside.r / scale, inside.g / scale, inside.b / scale})
                 : constant_sigmoid(0.5f);
   return {scale, coefficients, same(inside, rgb)};
 }

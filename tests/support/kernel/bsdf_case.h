@@ -219,7 +219,7 @@ class BsdfCase {
  private:
   void set_further(kernel::BsdfParams& params) const {
     params.film_table = table_.film_table.data();
-    for (kernel::Spectrum& color : params.further_spectra) {
+    for (kernel::Spectrum& color : params.further_colors) {
       for (int c = 0; c < kernel::kSpectrumLanes; ++c)
         color.c[c] = further_color[static_cast<std::size_t>(c % 3)];
     }

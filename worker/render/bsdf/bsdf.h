@@ -8,7 +8,7 @@
 
 #include "render/bsdf/kinds.h"
 #include "render/bsdf/material_table.h"
-#include "render/color/spectrum.h"
+#include "render/color/spectra.h"
 #include "render/core/model_table.h"
 #include "render/core/texture_point.h"
 #include "render/core/vec.h"
@@ -26,6 +26,10 @@ struct FilmMeans {
 struct BsdfParams {
   Spectrum spectra[kMaterialSpectra];
   Float scalars[kMaterialScalars];
+#ifdef TESSERA_SPECTRAL
+  Float luminance;  // of the colour that spectra[0] has in daylight
+  Wavelengths wavelengths;
+#endif
   Int coat_table;
   const float* coat_tables;  // MaterialTable::coat_tables.data()
   const float* film_table;   // MaterialTable::film_table.data()
@@ -37,7 +41,7 @@ struct BsdfParams {
   Spectrum extended_spectra[kExtendedSpectra];
   Float extended[kExtendedScalars];
   // With kUsesFurther
-  Spectrum further_spectra[kFurtherSpectra];
+  Color further_colors[kFurtherColors];
   Float further[kFurtherScalars];
   Vec3 upper_normal;  // normal of the layer above the base, in the shading frame
   FilmMeans film;     // prepared
@@ -47,6 +51,15 @@ struct BsdfParams {
   /// Lanes that are of this variant.
   TESSERA_INLINE Mask of_variant(std::int32_t variant) const { return (variants & variant) != 0; }
 };
+
+/// Luminance, in daylight, of the colour of spectra[0].
+TESSERA_INLINE Float base_luminance(const BsdfParams& params) {
+#ifdef TESSERA_SPECTRAL
+  return params.luminance;
+#else
+  return luminance(params.spectra[0]);
+#endif
+}
 
 /// Quantity that a path carries: radiance if it comes from the eye, importance (the flux of light particles)
 /// if it comes from a light. They differ where light is refracted [Veach 1997, section 5.2].

@@ -64,7 +64,7 @@ inline constexpr int kMetallic = 0, kSpecTrans = 1, kSpecTint = 2, kSheen = 3, k
 inline constexpr int kSpecularColor = 1, kSheenColor = 0, kBehindColor = 1;
 inline constexpr int kTransmission = 1, kSpecular = 2, kCoat = 3, kCoatRoughness = 4, kSheenRoughness = 5,
                      kRotation = 6, kBehind = 7;
-// ... and ExtendedRecord::further_spectra and further: the direction of the anisotropy as a normal map has
+// ... and ExtendedRecord::further_colors and further: the direction of the anisotropy as a normal map has
 // it; share, index and thickness (nm) of a thin film, by how much the indices of red and blue are off kEta
 inline constexpr int kAnisotropyDirection = 0;
 inline constexpr int kFilm = 0, kFilmEta = 1, kFilmThickness = 2, kSpread = 3;

@@ -9,6 +9,9 @@ namespace {
 constexpr int kStride = sizeof(MaterialRecord) / 4;
 constexpr int kExtendedStride = sizeof(ExtendedRecord) / 4;
 
+/// SpectrumSlot::curve of its `texture`, -1 where there is none.
+TESSERA_INLINE Int curve_of(Int texture) { return Int(kFirstCurve) - texture; }
+
 std::int32_t any_of(Int flags, Mask active) {
   alignas(64) std::int32_t lanes[kWidth];
   select_or_zero(active, flags).store(lanes);
@@ -25,15 +28,18 @@ TESSERA_INLINE Float bounded(Float value, float highest) {
 
 /// Overwrites the textured slots.
 void look_up_textures(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
-                      Int record, Mask textured, BsdfParams& params) {
+                      Int record, const Spectra& spectra, Mask textured, BsdfParams& params) {
   for_each_distinct(record, textured, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = materials.materials[static_cast<std::size_t>(m)];
     for (int i = 0; i < kMaterialSpectra; ++i) {
       constexpr float kHighest = 1e6f;  // indices of conductors and absorption in hair are above 1
       if (material.spectra[i].texture < 0) continue;
-      Spectrum value = eval_texture(textures, material.spectra[i].texture, at, lanes);
+      Color value = eval_texture(textures, material.spectra[i].texture, at, lanes);
       for (Float& c : value.c) c = bounded(c, kHighest);
-      params.spectra[i] = select(lanes, value, params.spectra[i]);
+      params.spectra[i] = select(lanes, spectra.factor(value, lanes), params.spectra[i]);
+#ifdef TESSERA_SPECTRAL
+      if (i == 0) params.luminance = select(lanes, luminance(value), params.luminance);
+#endif
     }
     for (int i = 0; i < kMaterialScalars; ++i) {
       if (material.scalars[i].texture < 0) continue;
@@ -47,15 +53,18 @@ void look_up_textures(const MaterialTable& materials, const TextureTable& textur
 }
 
 /// The constant slots that some lane's model looks at; the rest is not even fetched.
-void load_constants(const MaterialTable& materials, Int record, Mask active, BsdfParams& params) {
+void load_constants(const MaterialTable& materials, Int record, const Spectra& spectra, Mask active,
+                    BsdfParams& params) {
   const MaterialRecord* records = materials.materials.data();
   const auto* base = reinterpret_cast<const float*>(records);
   const auto row_at = [&](const float& first) {
     return gather4(base + (&first - base), record * kStride, active);
   };
   const auto spectrum_at = [&](const SpectrumSlot& slot) {
+    static_assert(offsetof(SpectrumSlot, texture) == kBands * sizeof(float));
     const Float4 row = row_at(slot.value[0]);
-    return spectrum_of([&](int band) { return row.c[band]; });
+    return spectra.constant(color_of([&](int band) { return row.c[band]; }),
+                            curve_of(bit_cast<std::int32_t>(row.c[kBands])), active);
   };
   const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
   params.variants = Int(0);
@@ -65,6 +74,9 @@ void load_constants(const MaterialTable& materials, Int record, Mask active, Bsd
     params.some_variants = any_of(params.variants, active);
   }
   params.spectra[0] = spectrum_at(records->spectra[0]);
+#ifdef TESSERA_SPECTRAL
+  params.luminance = gather(&records->luminance, record * kStride, active);
+#endif
   if (some_use(kUsesSecondSpectrum)) params.spectra[1] = spectrum_at(records->spectra[1]);
   if (some_use(kUsesAlphas)) {
     static_assert(sizeof(ScalarSlot) == 8);
@@ -78,24 +90,28 @@ void load_constants(const MaterialTable& materials, Int record, Mask active, Bsd
 }
 
 /// The same for lanes that all have one material.
-void load_constants(const MaterialRecord& material, BsdfParams& params) {
+void load_constants(const MaterialRecord& material, const Spectra& spectra, Mask active, BsdfParams& params) {
   params.variants = Int(material.variants);
   params.some_variants = material.variants;
   for (int i = 0; i < kMaterialSpectra; ++i) {
-    params.spectra[i] = spectrum_of(material.spectra[i].value);
+    const SpectrumSlot& slot = material.spectra[i];
+    params.spectra[i] = spectra.constant(color_of(slot.value), curve_of(Int(slot.texture)), active);
   }
   for (int i = 0; i < kMaterialScalars; ++i) params.scalars[i] = Float(material.scalars[i].value);
+#ifdef TESSERA_SPECTRAL
+  params.luminance = Float(material.luminance);
+#endif
   params.coat_table = Int(material.coat_table);
 }
 
 void look_up_further(const ExtendedRecord& extended, const TextureTable& textures, const TexturePoint& at,
                      Mask lanes, BsdfParams& params) {
   constexpr float kHighest = 1e6f;  // nanometres of a film
-  for (int i = 0; i < kFurtherSpectra; ++i) {
-    const std::int32_t texture = extended.further_spectra[i].texture;
+  for (int i = 0; i < kFurtherColors; ++i) {
+    const std::int32_t texture = extended.further_colors[i].texture;
     if (texture < 0) continue;
-    params.further_spectra[i] =
-        select(lanes, eval_texture(textures, texture, at, lanes), params.further_spectra[i]);
+    params.further_colors[i] =
+        select(lanes, eval_texture(textures, texture, at, lanes), params.further_colors[i]);
   }
   for (int i = 0; i < kFurtherScalars; ++i) {
     const std::int32_t texture = extended.further[i].texture;
@@ -107,7 +123,7 @@ void look_up_further(const ExtendedRecord& extended, const TextureTable& texture
 
 /// The slots of the ExtendedRecords of `lanes`.
 void load_extended(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
-                   Int record, Mask lanes, BsdfParams& params) {
+                   Int record, const Spectra& spectra, Mask lanes, BsdfParams& params) {
   const ExtendedRecord* records = materials.extended.data();
   const auto* base = reinterpret_cast<const float*>(records);
   const Int index = gather(&materials.materials.data()->extended, record * kStride, lanes);
@@ -115,15 +131,17 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
     return gather(base + (&member - base), index * kExtendedStride, lanes);
   };
   for (int i = 0; i < kExtendedSpectra; ++i) {
-    params.extended_spectra[i] =
-        spectrum_of([&](int band) { return constant_at(records->spectra[i].value[band]); });
+    const SpectrumSlot& slot = records->spectra[i];
+    const Int texture = bit_cast<std::int32_t>(constant_at(reinterpret_cast<const float&>(slot.texture)));
+    params.extended_spectra[i] = spectra.constant(
+        color_of([&](int band) { return constant_at(slot.value[band]); }), curve_of(texture), lanes);
   }
   for (int i = 0; i < kExtendedScalars; ++i) params.extended[i] = constant_at(records->scalars[i].value);
   const bool further = (params.some_flags & kUsesFurther) != 0;
   if (further) {
-    for (int i = 0; i < kFurtherSpectra; ++i) {
-      params.further_spectra[i] =
-          spectrum_of([&](int band) { return constant_at(records->further_spectra[i].value[band]); });
+    for (int i = 0; i < kFurtherColors; ++i) {
+      params.further_colors[i] =
+          color_of([&](int band) { return constant_at(records->further_colors[i].value[band]); });
     }
     for (int i = 0; i < kFurtherScalars; ++i) params.further[i] = constant_at(records->further[i].value);
   }
@@ -135,8 +153,8 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
     for (int i = 0; i < kExtendedSpectra; ++i) {
       const std::int32_t texture = extended.spectra[i].texture;
       if (texture < 0) continue;
-      params.extended_spectra[i] =
-          select(same, eval_texture(textures, texture, at, same), params.extended_spectra[i]);
+      params.extended_spectra[i] = select(
+          same, spectra.factor(eval_texture(textures, texture, at, same), same), params.extended_spectra[i]);
     }
     for (int i = 0; i < kExtendedScalars; ++i) {
       const std::int32_t texture = extended.scalars[i].texture;
@@ -154,26 +172,29 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
 }  // namespace
 
 void load_constants(const MaterialTable& materials, Int record, const MaterialRecord* common, Int flags,
-                    Mask active, BsdfParams& params) {
+                    const Spectra& spectra, Mask active, BsdfParams& params) {
   params.flags = flags;
+#ifdef TESSERA_SPECTRAL
+  params.wavelengths = spectra.wavelengths();
+#endif
   params.some_flags = any_of(flags, active);
   if (common) {
-    load_constants(*common, params);
+    load_constants(*common, spectra, active, params);
   } else {
-    load_constants(materials, record, active, params);
+    load_constants(materials, record, spectra, active, params);
   }
   params.coat_tables = materials.coat_tables.data();
   params.film_table = materials.film_table.data();
 }
 
 void complete_parameters(const MaterialTable& materials, const TextureTable& textures, const TexturePoint& at,
-                         Int record, Int kind, Mask active, BsdfParams& params) {
+                         Int record, Int kind, const Spectra& spectra, Mask active, BsdfParams& params) {
   const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
   if (some_use(kHasTextures)) {
-    look_up_textures(materials, textures, at, record, active & params.with(kHasTextures), params);
+    look_up_textures(materials, textures, at, record, spectra, active & params.with(kHasTextures), params);
   }
   if (some_use(kUsesExtended)) {
-    load_extended(materials, textures, at, record, active & params.with(kUsesExtended), params);
+    load_extended(materials, textures, at, record, spectra, active & params.with(kUsesExtended), params);
   }
   if (!some_use(kPrepared)) return;
   for_each_distinct(kind, active & params.with(kPrepared), [&](std::int32_t k, Mask lanes) {

@@ -56,13 +56,17 @@ inline constexpr int kMaterialSpectra = 2;
 inline constexpr int kMaterialScalars = 3;
 inline constexpr int kExtendedSpectra = 2;
 inline constexpr int kExtendedScalars = 9;
-inline constexpr int kFurtherSpectra = 1;
+inline constexpr int kFurtherColors = 1;
 inline constexpr int kFurtherScalars = 4;
 
-/// A constant, or a texture of the TextureTable (then the constant is ignored).
+/// In SpectrumSlot::texture: the first of SpectralTables::curves, and the next ones below it.
+inline constexpr std::int32_t kFirstCurve = -2;
+
+/// A constant, or a texture of the TextureTable (then the constant is ignored). In jobs of wavelengths, the
+/// constant is the coefficients of a sigmoid, or it is a curve.
 struct SpectrumSlot {
   float value[kBands] = {0, 0, 0};
-  std::int32_t texture = -1;
+  std::int32_t texture = -1;  // -1: the constant; kFirstCurve and below: a curve
 };
 struct ScalarSlot {
   float value = 0;
@@ -86,7 +90,8 @@ struct MaterialRecord {
   float bump_step = 0;                     // step in u and v over which the bump texture is differentiated
   std::int32_t upper_normal_texture = -1;  // normal map of the layer above the base, with kUsesFurther
   std::int32_t variants = 0;               // of the kind (bsdf/kinds.h), with kUsesVariants
-  std::int32_t padding[4] = {};
+  float luminance = 0;  // jobs of wavelengths only: of the colour of spectra[0] in daylight
+  std::int32_t padding[3] = {};
 };
 static_assert(sizeof(MaterialRecord) == 128);
 
@@ -94,7 +99,7 @@ static_assert(sizeof(MaterialRecord) == 128);
 struct ExtendedRecord {
   SpectrumSlot spectra[kExtendedSpectra];
   ScalarSlot scalars[kExtendedScalars];
-  SpectrumSlot further_spectra[kFurtherSpectra];
+  SpectrumSlot further_colors[kFurtherColors];
   ScalarSlot further[kFurtherScalars];
 };
 

@@ -15,14 +15,14 @@ class ImageLookup {
   TESSERA_INLINE ImageLookup(const TextureImage& image, WrapModes wrap, std::int32_t channel)
       : image_(image), wrap_(wrap), channel_(channel) {}
 
-  TESSERA_INLINE Spectrum nearest(Vec2 st, Mask active) const {
+  TESSERA_INLINE Color nearest(Vec2 st, Mask active) const {
     const Float x = in_texels(st.x, wrap_.u, image_.width),
                 y = in_texels(1.0f - st.y, wrap_.v, image_.height);
     return texel(wrapped(to_int(floor(x)), wrap_.u, image_.width),
                  wrapped(to_int(floor(y)), wrap_.v, image_.height), active);
   }
 
-  Spectrum bilinear(Vec2 st, Mask active) const {
+  Color bilinear(Vec2 st, Mask active) const {
     const Float x = in_texels(st.x, wrap_.u, image_.width) - 0.5f,
                 y = in_texels(1.0f - st.y, wrap_.v, image_.height) - 0.5f;
     const Float x_floor = floor(x), y_floor = floor(y);
@@ -78,26 +78,25 @@ class ImageLookup {
   }
 
   /// The linear value of one texel; black where it does not exist.
-  TESSERA_INLINE Spectrum texel(Wrapped x, Wrapped y, Mask active) const {
+  TESSERA_INLINE Color texel(Wrapped x, Wrapped y, Mask active) const {
     const Mask lanes = active & x.exists & y.exists;
     const Int index = y.index * image_.width + x.index;
     if (image_.format == TexelFormat::kFloat) return float_texel(index, lanes);
     return byte_texel(index, lanes);
   }
 
-  TESSERA_INLINE Spectrum float_texel(Int index, Mask lanes) const {
+  TESSERA_INLINE Color float_texel(Int index, Mask lanes) const {
     const float* texels = image_.texels32.data();
     const Int first = index * 4;
-    if (channel_ >= 0) return Spectrum(gather(texels + channel_, first, lanes));
-    return spectrum_of([&](int band) { return gather(texels + band, first, lanes); });
+    if (channel_ >= 0) return Color(gather(texels + channel_, first, lanes));
+    return color_of([&](int band) { return gather(texels + band, first, lanes); });
   }
 
-  TESSERA_INLINE Spectrum byte_texel(Int index, Mask lanes) const {
+  TESSERA_INLINE Color byte_texel(Int index, Mask lanes) const {
     const UInt packed = gather(image_.texels8.data(), index, lanes);
-    if (channel_ == 3)
-      return Spectrum(to_float(bit_cast<std::int32_t>(shift_right<24>(packed))) * (1.0f / 255));
-    if (channel_ >= 0) return Spectrum(decoded(channel_byte(packed, channel_), lanes));
-    return spectrum_of([&](int band) { return decoded(channel_byte(packed, band), lanes); });
+    if (channel_ == 3) return Color(to_float(bit_cast<std::int32_t>(shift_right<24>(packed))) * (1.0f / 255));
+    if (channel_ >= 0) return Color(decoded(channel_byte(packed, channel_), lanes));
+    return color_of([&](int band) { return decoded(channel_byte(packed, band), lanes); });
   }
 
   static TESSERA_INLINE Int channel_byte(UInt packed, std::int32_t channel) {

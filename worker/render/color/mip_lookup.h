@@ -20,23 +20,23 @@ class MipLookup {
       : pyramid_(pyramid), wrap_(wrap), channel_(channel) {}
 
   /// At full resolution.
-  Spectrum bilinear(Vec2 st, Mask active) const { return scaled(at_level(st, Int(0), active)); }
+  Color bilinear(Vec2 st, Mask active) const { return scaled(at_level(st, Int(0), active)); }
 
   /// Look-up in two levels, whose texels are as wide as the shorter axis of the footprint: what is thinner
   /// along one way than a texel stays sharp, and along the other is left to the samples of the pixel.
-  Spectrum trilinear(Vec2 st, const TexelFootprint& footprint, Mask active) const {
+  Color trilinear(Vec2 st, const TexelFootprint& footprint, Mask active) const {
     return scaled(between_levels(st, level_of(axes(footprint).shorter), active));
   }
 
   /// Trilinear look-ups along the longer axis of the footprint, weighted by a Gaussian [McCormack et al.
   /// 1999]. Where it is more than `max_anisotropy` times as long as the shorter one, that is made longer.
-  Spectrum elliptic(Vec2 st, const TexelFootprint& footprint, float max_anisotropy, Mask active) const {
+  Color elliptic(Vec2 st, const TexelFootprint& footprint, float max_anisotropy, Mask active) const {
     const Axes ellipse = axes(footprint);
     const Float shorter = max(ellipse.shorter, ellipse.longer * (1 / max_anisotropy));
     const Float level = level_of(shorter);
     const Float probes = clamp(floor(ellipse.longer / max(shorter, 1e-30f) + 0.999f), 1.0f, max_anisotropy);
     const float most = reduce_max(select(active, probes, 1.0f));
-    Spectrum sum(0.0f);
+    Color sum(0.0f);
     Float weights(0.0f);
     for (float i = 0; i < most; ++i) {
       const Mask lanes = active & (probes > i);
@@ -125,17 +125,17 @@ class MipLookup {
     return result;
   }
 
-  Spectrum between_levels(Vec2 st, Float level, Mask active) const {
+  Color between_levels(Vec2 st, Float level, Mask active) const {
     const Float whole = floor(level), t = level - whole;
     const Int lower = to_int(whole);
-    const Spectrum fine = at_level(st, lower, active);
+    const Color fine = at_level(st, lower, active);
     const Mask blended = active & (t > 0.0f);
     if (none(blended)) return fine;
     const Int last(static_cast<std::int32_t>(pyramid_.levels.size()) - 1);
     return lerp(t, fine, at_level(st, min(lower + 1, last), blended));
   }
 
-  Spectrum at_level(Vec2 st, Int level, Mask active) const {
+  Color at_level(Vec2 st, Int level, Mask active) const {
     const Int4 record =
         gather4(reinterpret_cast<const std::int32_t*>(pyramid_.levels.data()), level * 4, active);
     const Int &first = record.c[0], &width = record.c[1], &height = record.c[2], &stride = record.c[3];
@@ -145,19 +145,19 @@ class MipLookup {
   }
 
   /// Two texels from `texel` on, weighted.
-  Spectrum row(Int texel, const Pair& x, Mask active) const {
+  Color row(Int texel, const Pair& x, Mask active) const {
     return pyramid_.texels16.empty() ? float_row(texel, x, active) : packed_row(texel, x, active);
   }
 
-  Spectrum float_row(Int texel, const Pair& x, Mask active) const {
+  Color float_row(Int texel, const Pair& x, Mask active) const {
     const float* const base = pyramid_.texels32.data();
     const Float4 one = gather4(base, texel * 4, active), two = gather4(base + 4, texel * 4, active);
     const auto channel = [&](int c) { return fma(one.c[c], x.first_weight, two.c[c] * x.second_weight); };
-    if (channel_ >= 0) return Spectrum(channel(channel_));
-    return spectrum_of(channel);
+    if (channel_ >= 0) return Color(channel(channel_));
+    return color_of(channel);
   }
 
-  Spectrum packed_row(Int texel, const Pair& x, Mask active) const {
+  Color packed_row(Int texel, const Pair& x, Mask active) const {
     const Wide4<std::uint32_t> two = gather4(pyramid_.texels16.data(), texel * 2, active);
     const auto channel = [&](int c) {
       const auto value = [&](UInt packed) {
@@ -165,11 +165,11 @@ class MipLookup {
       };
       return fma(value(two.c[c / 2]), x.first_weight, value(two.c[2 + c / 2]) * x.second_weight);
     };
-    if (channel_ >= 0) return Spectrum(channel(channel_));
-    return spectrum_of(channel);
+    if (channel_ >= 0) return Color(channel(channel_));
+    return color_of(channel);
   }
 
-  Spectrum scaled(Spectrum value) const { return pyramid_.texels16.empty() ? value : value * (1.0f / 65535); }
+  Color scaled(Color value) const { return pyramid_.texels16.empty() ? value : value * (1.0f / 65535); }
 
   const MipPyramid& pyramid_;
   const WrapModes wrap_;

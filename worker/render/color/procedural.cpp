@@ -7,7 +7,7 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 /// pbrt's marble: a spline through colours, looked up along veins.
-Spectrum marble(const TextureNode& node, Vec3 p) {
+Color marble(const TextureNode& node, Vec3 p) {
   static constexpr float kColors[9][3] = {{0.58f, 0.58f, 0.6f}, {0.58f, 0.58f, 0.6f}, {0.58f, 0.58f, 0.6f},
                                           {0.5f, 0.5f, 0.5f},   {0.6f, 0.59f, 0.58f}, {0.58f, 0.58f, 0.6f},
                                           {0.58f, 0.58f, 0.6f}, {0.2f, 0.2f, 0.33f},  {0.58f, 0.58f, 0.6f}};
@@ -20,10 +20,10 @@ Spectrum marble(const TextureNode& node, Vec3 p) {
   const Int first = min(to_int(along), kSegments - 1);
   const Float t = along - to_float(first), s = 1.0f - t;
   const Float weights[4] = {s * s * s, 3.0f * s * s * t, 3.0f * s * t * t, t * t * t};
-  Spectrum result(0.0f);
-  for (int c = 0; c < kSpectrumLanes; ++c) {
+  Color result(0.0f);
+  for (int c = 0; c < kBands; ++c) {
     for (int k = 0; k < 4; ++k)
-      result.c[c] = fma(weights[k], gather(&kColors[0][band_of(c)], (first + k) * 3), result.c[c]);
+      result.c[c] = fma(weights[k], gather(&kColors[0][c], (first + k) * 3), result.c[c]);
     result.c[c] = min(result.c[c] * kBrightness, 1.0f);
   }
   return result;
@@ -31,19 +31,19 @@ Spectrum marble(const TextureNode& node, Vec3 p) {
 
 }  // namespace
 
-Spectrum noise_texture(const TextureNode& node, Vec3 p) {
+Color noise_texture(const TextureNode& node, Vec3 p) {
   switch (node.noise) {
     case NoiseKind::kFbm:
-      return Spectrum(fractal_noise(p, node.roughness, node.octaves));
+      return Color(fractal_noise(p, node.roughness, node.octaves));
     case NoiseKind::kWrinkled:
-      return Spectrum(turbulence(p, node.roughness, node.octaves));
+      return Color(turbulence(p, node.roughness, node.octaves));
     // Waves whose height follows a slow wind [pbrt-v4].
     case NoiseKind::kWindy:
-      return Spectrum(abs(fractal_noise(p * Float(0.1f), 0.5f, 3)) * fractal_noise(p, 0.5f, 6));
+      return Color(abs(fractal_noise(p * Float(0.1f), 0.5f, 3)) * fractal_noise(p, 0.5f, 6));
     case NoiseKind::kMarble:
       return marble(node, p);
   }
-  return Spectrum(0.0f);
+  return Color(0.0f);
 }
 
 Mask inside_dot(Vec2 st) {

@@ -8,7 +8,7 @@
 namespace tessera::render::TESSERA_ISA {
 
 /// Value of a kNoise node at a point of its own space.
-Spectrum noise_texture(const TextureNode& node, Vec3 p);
+Color noise_texture(const TextureNode& node, Vec3 p);
 
 /// Whether (s, t) lies inside one of pbrt-v4's polka dots.
 Mask inside_dot(Vec2 st);

@@ -34,9 +34,7 @@ Vec2 map_uv(const TextureNode& node, const TexturePoint& at) {
   return {tame(fma(node.scale_u, at.uv.x, node.offset_u)), tame(fma(node.scale_v, at.uv.y, node.offset_v))};
 }
 
-Spectrum constant(const TextureNode& node, Mask active) {
-  return select_or_zero(active, spectrum_of(node.value));
-}
+Color constant(const TextureNode& node, Mask active) { return select_or_zero(active, color_of(node.value)); }
 
 /// The footprint in (s, t), of textures whose parameters follow from the point by way of differences.
 TexelFootprint map_footprint(const TextureNode& node, const TexturePoint& at) {
@@ -56,7 +54,7 @@ TexelFootprint map_footprint(const TextureNode& node, const TexturePoint& at) {
   return {difference(at.dpdx), difference(at.dpdy)};
 }
 
-Spectrum filtered_image(const TextureNode& node, const TexturePoint& at, Vec2 st, Mask active) {
+Color filtered_image(const TextureNode& node, const TexturePoint& at, Vec2 st, Mask active) {
   const MipLookup lookup{node.image->pyramid, node.wrap, node.channel};
   if (!at.has_footprint) return lookup.bilinear(st, active);
   const TexelFootprint footprint = map_footprint(node, at);
@@ -64,32 +62,31 @@ Spectrum filtered_image(const TextureNode& node, const TexturePoint& at, Vec2 st
                                           : lookup.trilinear(st, footprint, active);
 }
 
-Spectrum plain_image(const TextureNode& node, Vec2 st, Mask active) {
+Color plain_image(const TextureNode& node, Vec2 st, Mask active) {
   const ImageLookup lookup{*node.image, node.wrap, node.channel};
   return node.filter == TexelFilter::kNearest ? lookup.nearest(st, active) : lookup.bilinear(st, active);
 }
 
-Spectrum image(const TextureNode& node, const TexturePoint& at, Mask active) {
+Color image(const TextureNode& node, const TexturePoint& at, Mask active) {
   const Vec2 st = map_uv(node, at);
-  Spectrum value =
+  Color value =
       is_filtered(node.filter) ? filtered_image(node, at, st, active) : plain_image(node, st, active);
   value = value * node.scale;
-  if (node.invert) value = max(Spectrum(1.0f) - value, 0.0f);
+  if (node.invert) value = max(Color(1.0f) - value, 0.0f);
   return select_or_zero(active, value);
 }
 
 /// The first input where `first`, else the second.
-Spectrum either(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask first,
-                Mask active) {
+Color either(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask first,
+             Mask active) {
   const Mask on_first = active & first, on_second = and_not(active, first);
-  Spectrum result(0.0f);
+  Color result(0.0f);
   if (any(on_first)) result = eval_texture(table, node.inputs[0], at, on_first);
   if (any(on_second)) result += eval_texture(table, node.inputs[1], at, on_second);
   return result;
 }
 
-Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
-                      Mask active) {
+Color checkerboard(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
   Float sum;
   if (node.solid) {
     const Vec3 p = transform_point(node.texture_from_render, at.p);
@@ -101,17 +98,16 @@ Spectrum checkerboard(const TextureTable& table, const TextureNode& node, const 
   return either(table, node, at, sum - 2.0f * floor(sum * 0.5f) == 0.0f, active);
 }
 
-Spectrum direction_mix(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
-                       Mask active) {
+Color direction_mix(const TextureTable& table, const TextureNode& node, const TexturePoint& at, Mask active) {
   const Vec3 direction{Float(node.direction[0]), Float(node.direction[1]), Float(node.direction[2])};
   return lerp(abs(dot(at.n, direction)), eval_texture(table, node.inputs[1], at, active),
               eval_texture(table, node.inputs[0], at, active));
 }
 
 /// Interpolated over the triangle, or of the whole of it; black on shapes that have no such attribute.
-Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
-                        Mask active) {
-  Spectrum result(0.0f);
+Color mesh_attribute(const TextureTable& table, const TextureNode& node, const TexturePoint& at,
+                     Mask active) {
+  Color result(0.0f);
   for_each_distinct(at.shape, active & (at.shape >= 0), [&](std::int32_t shape, Mask lanes) {
     const std::size_t slot = table.attribute_slot(shape, node.attribute);
     if (slot >= table.attribute_of_shape.size() || table.attribute_of_shape[slot] < 0) return;
@@ -119,8 +115,8 @@ Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, cons
         table.attributes[static_cast<std::size_t>(table.attribute_of_shape[slot])];
     const float* values = attribute.values.data();
     const std::int32_t corners = attribute.per_face ? 1 : 3, channels = attribute.channels;
-    for (int c = 0; c < kSpectrumLanes; ++c) {
-      const Int first = at.primitive * (corners * channels) + (channels == kBands ? band_of(c) : 0);
+    for (int c = 0; c < kBands; ++c) {
+      const Int first = at.primitive * (corners * channels) + (channels == kBands ? c : 0);
       Float value = gather(values, first, lanes);
       if (!attribute.per_face) {
         const Float b1 = at.barycentric.x, b2 = at.barycentric.y;
@@ -135,7 +131,7 @@ Spectrum mesh_attribute(const TextureTable& table, const TextureNode& node, cons
 
 }  // namespace
 
-Spectrum eval_texture(const TextureTable& table, int texture, const TexturePoint& at, Mask active) {
+Color eval_texture(const TextureTable& table, int texture, const TexturePoint& at, Mask active) {
   const TextureNode& node = table.nodes[static_cast<std::size_t>(texture)];
   switch (node.kind) {
     case TextureKind::kConstant:
@@ -161,7 +157,7 @@ Spectrum eval_texture(const TextureTable& table, int texture, const TexturePoint
                   eval_texture(table, node.inputs[1], at, active));
     }
   }
-  return Spectrum(0.0f);
+  return Color(0.0f);
 }
 
 Float eval_texture_scalar(const TextureTable& table, int texture, const TexturePoint& at, Mask active) {

@@ -11,7 +11,7 @@ namespace tessera::render::TESSERA_ISA {
 /// Linear Rec.709 at a point for active lanes, else 0. `texture` is one node of the table for all lanes.
 /// (0, 0) is the lower left corner of images. Those that are filtered are bilinear at full resolution where
 /// `at` has no footprint.
-Spectrum eval_texture(const TextureTable& table, int texture, const TexturePoint& at, Mask active);
+Color eval_texture(const TextureTable& table, int texture, const TexturePoint& at, Mask active);
 
 /// The mean of the components of eval_texture.
 Float eval_texture_scalar(const TextureTable& table, int texture, const TexturePoint& at, Mask active);

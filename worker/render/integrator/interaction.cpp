@@ -119,7 +119,7 @@ Vec3 bump(const SceneTables& scene, const MaterialRecord& material, const Surfac
 
 /// The normal that a tangent-space normal map gives.
 Vec3 mapped_normal(const SceneTables& scene, int texture, const Surface& s, Mask lanes) {
-  const Vec3 encoded = rgb_of(eval_texture(scene.textures, texture, footprint_point(scene, s), lanes));
+  const Vec3 encoded = vec3_of(eval_texture(scene.textures, texture, footprint_point(scene, s), lanes));
   const Vec3 local{encoded.x * 2.0f - 1.0f, encoded.y * 2.0f - 1.0f, encoded.z * 2.0f - 1.0f};
   const Vec3 n = Frame::from_normal_tangent(s.ns, s.dpdu).to_world(local);
   const Float l2 = length_squared(n);
@@ -183,8 +183,8 @@ void set_upper_normal(const SceneTables& scene, const Surface& surface, Int reco
   part.params.upper_normal = part.frame.to_local(normal);
 }
 
-void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const Route& route, Mask active,
-               MaterialPart& part) {
+void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const Route& route,
+               const Spectra& spectra, Mask active, MaterialPart& part) {
   part.material = route.record;
   const MaterialRecord* common = nullptr;
   if (const std::optional<std::int32_t> same = common_value(route.record, active)) {
@@ -201,10 +201,10 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
     part.flags = part.flags | route.inherited;
     part.flags = select(route.mirrored, part.flags & ~std::int32_t{kOneSided}, part.flags);
   }
-  load_constants(scene.materials, route.record, common, part.flags, active, part.params);
+  load_constants(scene.materials, route.record, common, part.flags, spectra, active, part.params);
   if (incomplete(part.params)) {
     complete_parameters(scene.materials, scene.textures, footprint_point(scene, surface), route.record,
-                        part.kind, active, part.params);
+                        part.kind, spectra, active, part.params);
   }
   set_frame(scene, surface, wo, route.record, active, part);
   if ((part.params.some_flags & kUsesFurther) != 0)
@@ -214,8 +214,8 @@ void load_part(const SceneTables& scene, const Surface& surface, Vec3 wo, const 
 }
 
 /// Fills both parts of mixes; of mixes of mixes, one part of each.
-void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active,
-                    Interaction& at) {
+void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u,
+                    const Spectra& spectra, Mask active, Interaction& at) {
   Route first{surface.material};
   const Mask behind = dot(wo, surface.ns) < 0.0f;
   first.turn(scene, behind, active);
@@ -235,9 +235,9 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
       route->turn(scene, behind, mixed);
       route->pick_parts(scene, surface, behind, u, mixed);
     }
-    load_part(scene, surface, wo, second, mixed, at.second);
+    load_part(scene, surface, wo, second, spectra, mixed, at.second);
   }
-  load_part(scene, surface, wo, first, active, at);
+  load_part(scene, surface, wo, first, spectra, active, at);
   if (none(mixed)) return;
   at.material = whole;
   // Delta is what both are; opacity is that of the mix.
@@ -340,12 +340,12 @@ Spectrum albedo_of_part(const MaterialPart& at, Mask active) {
 
 }  // namespace
 
-void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active,
-              Interaction& at) {
+void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, const Spectra& spectra,
+              Mask active, Interaction& at) {
   if (scene.any_mix) {
-    interact_mixed(scene, surface, wo, u, active, at);
+    interact_mixed(scene, surface, wo, u, spectra, active, at);
   } else {
-    load_part(scene, surface, wo, Route{surface.material}, active, at);
+    load_part(scene, surface, wo, Route{surface.material}, spectra, active, at);
   }
 }
 

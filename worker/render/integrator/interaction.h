@@ -4,6 +4,7 @@
 
 #include "render/bsdf/bsdf.h"
 #include "render/bsdf/lambertian.h"
+#include "render/color/spectra.h"
 #include "render/integrator/scene_tables.h"
 #include "render/shape/surface.h"
 
@@ -32,8 +33,8 @@ struct Interaction : MaterialPart {
 };
 
 /// Fills `at`. `wo` is where the path came from; `u` picks the parts of mixes of mixes.
-void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, Mask active,
-              Interaction& at);
+void interact(const SceneTables& scene, const Surface& surface, Vec3 wo, Float u, const Spectra& spectra,
+              Mask active, Interaction& at);
 
 /// Where light is scattered back to the side of wo only.
 TESSERA_INLINE Mask reflects_only(const Interaction& at) {

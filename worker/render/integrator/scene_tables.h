@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "render/bsdf/material_table.h"
+#include "render/color/spectral_tables.h"
 #include "render/color/texture_table.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/integrator_settings.h"
@@ -48,6 +49,7 @@ struct SceneArrays {
   TextureTable textures;
   LightTable lights;
   MediumTable media;
+  SpectralTables spectral;  // jobs of wavelengths only
 };
 
 /// Copies share the arrays, which must outlive them, and may be given another sensor, filter and sampler.
@@ -64,6 +66,7 @@ struct SceneTables {
   const TextureTable& textures;
   const LightTable& lights;
   const MediumTable& media;
+  const SpectralTables* spectral = nullptr;  // jobs of wavelengths only
   SensorRecord sensor;
   FootprintRecord footprint;
   PixelFilterRecord filter;

@@ -24,7 +24,9 @@ namespace {
 // From the best on.
 constexpr const char* kIsas[] = {"avx512", "avx2", "neon"};
 
-std::string module_of(const std::string& isa) { return "libtessera_kernel_" + isa + ".so"; }
+std::string module_of(const std::string& isa, KernelLight light = KernelLight::kRgb) {
+  return (light == KernelLight::kRgb ? "libtessera_kernel_" : "libtessera_spectral_") + isa + ".so";
+}
 
 /// The folders in which dlopen() looks: the program's run path (deploy/cmake/TesseraOptions.cmake), which the
 /// loader does not tell where it does not exist, then those of the system's configuration.
@@ -65,19 +67,20 @@ const Algorithm* Kernel::find(std::string_view name) const {
   return it == added.end() ? nullptr : &*it;
 }
 
-const Kernel* find_kernel(const std::string& isa) {
+const Kernel* find_kernel(const std::string& isa, KernelLight light) {
   static std::mutex mutex;
   static std::map<std::string, const Kernel*> loaded;
   std::lock_guard lock(mutex);
-  if (auto it = loaded.find(isa); it != loaded.end()) return it->second;
+  const std::string module_name = module_of(isa, light);
+  if (auto it = loaded.find(module_name); it != loaded.end()) return it->second;
   const Kernel* kernel = nullptr;
   if (processor_has(isa)) {
     // Found by the program's run path. Never unloaded: Embree holds pointers into it.
-    if (void* module = dlopen(module_of(isa).c_str(), RTLD_NOW | RTLD_LOCAL)) {
+    if (void* module = dlopen(module_name.c_str(), RTLD_NOW | RTLD_LOCAL)) {
       if (auto entry = reinterpret_cast<KernelEntry>(dlsym(module, kKernelEntryName))) kernel = entry();
     }
   }
-  return loaded[isa] = kernel;
+  return loaded[module_name] = kernel;
 }
 
 std::vector<std::string> supported_isas() {

@@ -39,7 +39,10 @@ void add_algorithm(const Algorithm& algorithm);
 using KernelEntry = const Kernel* (*)();
 inline constexpr const char* kKernelEntryName = "tessera_kernel";
 
+/// The light that kernels carry.
+enum class KernelLight : std::uint8_t { kRgb, kWavelengths };
+
 /// The kernel of an ISA, loaded on first use; null when this build or this processor lacks it.
-const Kernel* find_kernel(const std::string& isa);
+const Kernel* find_kernel(const std::string& isa, KernelLight light = KernelLight::kRgb);
 
 }  // namespace tessera::render

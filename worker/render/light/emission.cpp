@@ -21,7 +21,7 @@ Emission emit_from_infinity(const LightModel& model, const LightTable& table, In
 
 Emission sample_emission(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction, Mask active) {
   Emission result{
-      no_offset(), no_offset(), {Float(0.0f), Float(0.0f), Float(1.0f)}, Spectrum(0.0f), Mask::none()};
+      no_offset(), no_offset(), {Float(0.0f), Float(0.0f), Float(1.0f)}, Color(0.0f), Mask::none()};
   for_each_distinct(kind_of(table, light, active), active, [&](std::int32_t kind, Mask lanes) {
     const Emission one =
         light_model(static_cast<LightKind>(kind)).emit(table, light, u_place, u_direction, lanes);

@@ -7,12 +7,12 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 LightSample no_sample() {
-  return {{0.0f, 0.0f, 1.0f}, Float(0.0f), Spectrum(0.0f), Float(0.0f), Mask::none(), Mask::none()};
+  return {{0.0f, 0.0f, 1.0f}, Float(0.0f), Color(0.0f), Float(0.0f), Mask::none(), Mask::none()};
 }
 
 /// The textures of area lights, at points of their surfaces.
-Spectrum texture_factor(const LightTable& table, Int light, const TexturePoint& at, Mask active) {
-  Spectrum factor(1.0f);
+Color texture_factor(const LightTable& table, Int light, const TexturePoint& at, Mask active) {
+  Color factor(1.0f);
   const Int texture = gather_member(table.lights.data(), &LightRecord::texture, light, active);
   for_each_distinct(texture, active & (texture >= 0), [&](std::int32_t t, Mask lanes) {
     factor = select(lanes, eval_texture(*table.textures, t, at, lanes), factor);
@@ -71,13 +71,13 @@ LightSample sample_light(const LightTable& table, Int light, const Receiver& fro
   return result;
 }
 
-Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active) {
+Color emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active) {
   const auto field = [&](std::int32_t LightRecord::*member) {
     return gather_member(table.lights.data(), member, light, active);
   };
   const Int shape = field(&LightRecord::shape);
   const Mask textured = active & (shape >= 0) & (field(&LightRecord::texture) >= 0);
-  if (none(textured)) return Spectrum(1.0f);
+  if (none(textured)) return Color(1.0f);
   // Quadrics are found again from a point near them.
   const Hit hit{Float(0.0f), barycentric.x, barycentric.y, field(&LightRecord::primitive), shape, Int(-1)};
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
@@ -85,7 +85,7 @@ Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 b
       table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)), textured);
 }
 
-Spectrum LightLanes::texture_at(Vec2 uv, Mask wanted) const {
+Color LightLanes::texture_at(Vec2 uv, Mask wanted) const {
   return texture_factor(table, light, TexturePoint::at(uv), wanted);
 }
 
@@ -99,10 +99,10 @@ Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 w
   return result;
 }
 
-Spectrum emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active) {
+Color emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active) {
   const LightLanes lanes{table, light, active};
   const Mask shines = lanes.shines_towards(surface.ng, wo);
-  Spectrum radiance = select_or_zero(shines, lanes.radiance());
+  Color radiance = select_or_zero(shines, lanes.radiance());
   if (table.any_textures) radiance = radiance * texture_factor(table, light, texture_point(surface), shines);
   return radiance;
 }

@@ -32,7 +32,7 @@ struct LightSample {
   Float distance;
   /// Radiance that arrives along wi if nothing is between. For lights with one point, intensity / distance^2;
   /// for lights with one direction, irradiance.
-  Spectrum radiance;
+  Color radiance;
   Float pdf;   // density of wi by solid angle, given the light; 1 for lights with one point or direction
   Mask valid;  // there is a direction with radiance > 0 and pdf > 0
   Mask delta;  // no other strategy can find this direction
@@ -46,7 +46,7 @@ struct Emission {
   Vec3 offset;     // the ray starts at origin + offset, off the surface; along its normal
   Vec3 direction;  // unit
   /// Flux that the ray stands for: emitted radiance (or intensity) times cosine over the density of the ray.
-  Spectrum flux;
+  Color flux;
   Mask valid;
   /// The emitter's geometric normal, on the ray's side; unit length. Zero for lights without one.
   Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};
@@ -99,10 +99,10 @@ Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 w
                 Mask active);
 
 /// Radiance that an area light emits towards `wo` from `surface` (zero from the back of a one-sided emitter).
-Spectrum emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active);
+Color emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active);
 
 /// Radiance of one environment light that arrives at `origin` along direction `wi`; `light` is the same for
 /// all lanes.
-Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active);
+Color environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active);
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -47,10 +47,10 @@ struct LightLanes {
     return {select_or_zero(active, row.c[0]), select_or_zero(active, row.c[1]),
             select_or_zero(active, row.c[2])};
   }
-  TESSERA_INLINE Spectrum radiance() const {
-    const Vec3 color = field3(&LightRecord::radiance);
-    const Float rgb[kBands] = {color.x, color.y, color.z};
-    return spectrum_of([&](int band) { return rgb[band]; });
+  TESSERA_INLINE Color radiance() const {
+    const Vec3 rgb = field3(&LightRecord::radiance);
+    const Float components[kBands] = {rgb.x, rgb.y, rgb.z};
+    return color_of([&](int band) { return components[band]; });
   }
   /// A direction of render space, turned into the space of a kSpot, kProjection or kGoniometric.
   TESSERA_INLINE Vec3 to_light(Vec3 w) const {
@@ -58,7 +58,7 @@ struct LightLanes {
             dot(field3(&LightRecord::vertices, 6), w)};
   }
   /// The light's texture at `uv` for lanes in `wanted` that have one, else 1.
-  Spectrum texture_at(Vec2 uv, Mask wanted) const;
+  Color texture_at(Vec2 uv, Mask wanted) const;
   /// An area light shines from the front of its surface, or from both sides.
   TESSERA_INLINE Mask shines_towards(Vec3 normal, Vec3 wo) const {
     return active & ((dot(normal, wo) > 0.0f) | (field(&LightRecord::two_sided) != 0));
@@ -79,7 +79,7 @@ TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSampl
 TESSERA_INLINE Vec3 no_offset() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
 
 /// The texture of area lights at points of their surfaces, 1 for lights that have none.
-Spectrum emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active);
+Color emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active);
 
 /// Length of shadow rays to lights at infinity: beyond any scene, and finite when squared.
 inline constexpr float kInfiniteDistance = 1e18f;

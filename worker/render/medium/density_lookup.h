@@ -1,7 +1,7 @@
 // Reading the grids of media, 16 points at a time.
 #pragma once
 
-#include "render/color/spectrum.h"
+#include "render/color/spectra.h"
 #include "render/core/affine.h"
 #include "render/medium/medium_table.h"
 
@@ -22,7 +22,7 @@ struct GridAxis {
 };
 
 /// Trilinear; `p` in render space, constant beyond the outer samples.
-TESSERA_INLINE Spectrum grid_at(const DensityGrid& grid, Vec3 p, Mask active) {
+TESSERA_INLINE Color grid_at(const DensityGrid& grid, Vec3 p, Mask active) {
   const Vec3 g = transform_point(grid.grid_from_render, p);
   const GridAxis x(g.x, grid.size[0]), y(g.y, grid.size[1]), z(g.z, grid.size[2]);
   const float* samples = grid.samples.data();
@@ -35,15 +35,25 @@ TESSERA_INLINE Spectrum grid_at(const DensityGrid& grid, Vec3 p, Mask active) {
     return lerp(z.t, lerp(y.t, along_x(y.low, z.low), along_x(y.high, z.low)),
                 lerp(y.t, along_x(y.low, z.high), along_x(y.high, z.high)));
   };
-  if (grid.channels != kBands) return Spectrum(channel(0));
-  return spectrum_of(channel);
+  if (grid.channels != kBands) return Color(channel(0));
+  return color_of(channel);
 }
 
-TESSERA_INLINE Spectrum density_at(const MediumTable& table, const MediumValue& value, Vec3 p, Mask active) {
-  Spectrum result = spectrum_of(value.value);
-  if (value.grid >= 0)
-    result = result * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
-  return result;
+/// A part of the extinction, or the albedo.
+TESSERA_INLINE Spectrum density_at(const MediumTable& table, const MediumValue& value, const Spectra& spectra,
+                                   Vec3 p, Mask active) {
+  const Spectrum result = spectra.constant(color_of(value.value), Int(value.curve), active);
+  if (value.grid < 0) return result;
+  const DensityGrid& grid = table.grids[static_cast<std::size_t>(value.grid)];
+  const Color factor = grid_at(grid, p, active);
+  return grid.channels == kBands ? result * spectra.factor(factor, active) : result * factor.c[0];
+}
+
+TESSERA_INLINE Spectrum emission_at(const MediumTable& table, const MediumValue& value,
+                                    const Spectra& spectra, Vec3 p, Mask active) {
+  Color color = color_of(value.value);
+  if (value.grid >= 0) color = color * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
+  return spectra.light(color, Int(value.curve), active);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -12,14 +12,14 @@ namespace {
 /// Beyond this many mean free paths nothing comes through that a float can hold.
 constexpr float kOpaque = 100.0f;
 
-Spectrum constant(const MediumValue& value) { return spectrum_of(value.value); }
+Spectrum constant(const MediumValue& value, const Spectra& spectra) {
+  return spectra.constant(color_of(value.value), Int(value.curve), Mask::all());
+}
 
-Spectrum transmitted(const MediumRecord& medium, Float distance) {
+Spectrum transmitted(Spectrum sigma_t, Float distance) {
   Spectrum result;
-  for (int c = 0; c < kSpectrumLanes; ++c) {
-    const float sigma = medium.sigma_t.value[band_of(c)];
-    result.c[c] = sigma > 0 ? exp(-min(distance * sigma, kOpaque)) : Float(1.0f);
-  }
+  for (int c = 0; c < kSpectrumLanes; ++c)
+    result.c[c] = select(sigma_t.c[c] > 0.0f, exp(-min(distance * sigma_t.c[c], kOpaque)), 1.0f);
   return result;
 }
 
@@ -36,7 +36,7 @@ Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Sp
                           Mask active) {
   // A component, and a distance by it.
   const Spectrum probability = component_probabilities(throughput);
-  const Spectrum sigma_t = constant(medium.sigma_t);
+  const Spectrum sigma_t = constant(medium.sigma_t, rays.spectra);
   Float sigma = sigma_t.c[kSpectrumLanes - 1], above = probability.c[0];
   Mask undecided = Mask::all();
   for (int c = 0; c + 1 < kSpectrumLanes; ++c) {
@@ -52,15 +52,17 @@ Flight homogeneous_flight(const MediumRecord& medium, const MediumRays& rays, Sp
   flight.t = select(flight.scattered, t, rays.distance);
 
   // Over the density of this outcome by any component.
-  const Spectrum through = transmitted(medium, flight.t);
+  const Spectrum through = transmitted(sigma_t, flight.t);
   const Spectrum outcome = select(flight.scattered, through * sigma_t, through);
   const Float density = weighed_sum(probability, outcome);
   flight.weight = outcome * (1.0f / select(density > 0.0f, density, 1.0f));
   flight.emission = Spectrum(0.0f);
-  const Spectrum albedo = constant(medium.albedo);
+  const Spectrum albedo = constant(medium.albedo, rays.spectra);
   if (medium.emits) {
-    flight.emission = select_or_zero(flight.scattered,
-                                     flight.weight * (Spectrum(1.0f) - albedo) * constant(medium.emission));
+    flight.emission = select_or_zero(
+        flight.scattered,
+        flight.weight * (Spectrum(1.0f) - albedo) *
+            rays.spectra.light(color_of(medium.emission.value), Int(medium.emission.curve), active));
   }
   flight.weight = select(flight.scattered, flight.weight * albedo, flight.weight);
   return flight;
@@ -71,10 +73,11 @@ struct Coefficients {
   Spectrum sigma_t, sigma_s;
 };
 
-Coefficients coefficients_at(const MediumTable& table, const MediumRecord& medium, Vec3 p, Mask active) {
+Coefficients coefficients_at(const MediumTable& table, const MediumRecord& medium, const Spectra& spectra,
+                             Vec3 p, Mask active) {
   Coefficients result;
-  result.sigma_t = density_at(table, medium.sigma_t, p, active);
-  result.sigma_s = density_at(table, medium.albedo, p, active);
+  result.sigma_t = density_at(table, medium.sigma_t, spectra, p, active);
+  result.sigma_s = density_at(table, medium.albedo, spectra, p, active);
   if (!medium.scattering_is_sigma_s) result.sigma_s = result.sigma_s * result.sigma_t;
   return result;
 }
@@ -87,11 +90,11 @@ Flight tracked_flight(const MediumTable& table, const MediumRecord& medium, cons
     const Mask collided = walk.advance(numbers.next());
     if (none(collided)) return flight;
     const Vec3 p = fma(rays.direction, walk.t(), rays.origin);
-    const Coefficients at = coefficients_at(table, medium, p, collided);
+    const Coefficients at = coefficients_at(table, medium, rays.spectra, p, collided);
     const Spectrum sigma_n = max(Spectrum(walk.majorant()) - at.sigma_t, 0.0f);
     if (medium.emits) {
       const Spectrum absorbed =
-          max(at.sigma_t - at.sigma_s, 0.0f) * density_at(table, medium.emission, p, collided);
+          max(at.sigma_t - at.sigma_s, 0.0f) * emission_at(table, medium.emission, rays.spectra, p, collided);
       flight.emission += select_or_zero(collided, flight.weight * absorbed * (1.0f / walk.majorant()));
     }
     // A real collision or none, in proportion to what the path still carries.
@@ -118,7 +121,7 @@ Spectrum tracked_transmittance(const MediumTable& table, const MediumRecord& med
     const Mask collided = walk.advance(numbers.next());
     if (none(collided)) return result;
     const Vec3 p = fma(rays.direction, walk.t(), rays.origin);
-    const Spectrum sigma_t = density_at(table, medium.sigma_t, p, collided);
+    const Spectrum sigma_t = density_at(table, medium.sigma_t, rays.spectra, p, collided);
     const Spectrum passed = max(Spectrum(1.0f) - sigma_t * (1.0f / walk.majorant()), 0.0f);
     result = select(collided, result * passed, result);
     // Russian roulette where next to nothing is left.
@@ -167,8 +170,9 @@ Spectrum sample_transmittance(const MediumTable& table, const MediumRays& rays, 
   Spectrum result(1.0f);
   for_each_distinct(rays.medium, active, [&](std::int32_t m, Mask lanes) {
     const MediumRecord& medium = table.media[static_cast<std::size_t>(m)];
-    const Spectrum one = medium.homogeneous ? transmitted(medium, rays.distance)
-                                            : tracked_transmittance(table, medium, rays, numbers, lanes);
+    const Spectrum one = medium.homogeneous
+                             ? transmitted(constant(medium.sigma_t, rays.spectra), rays.distance)
+                             : tracked_transmittance(table, medium, rays, numbers, lanes);
     result = select(lanes, one, result);
   });
   return result;

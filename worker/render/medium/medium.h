@@ -7,7 +7,7 @@
 // beyond the mixture's.
 #pragma once
 
-#include "render/color/spectrum.h"
+#include "render/color/spectra.h"
 #include "render/core/vec.h"
 #include "render/medium/medium_table.h"
 #include "render/sampling/hash.h"
@@ -30,6 +30,7 @@ struct MediumRays {
   Int medium;  // index into MediumTable::media
   Vec3 origin, direction;
   Float distance;  // may be infinite
+  [[no_unique_address]] Spectra spectra;
 };
 
 /// Fate of a ray.

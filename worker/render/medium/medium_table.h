@@ -21,6 +21,7 @@ struct DensityGrid {
 struct MediumValue {
   float value[kBands] = {0, 0, 0};
   std::int32_t grid = -1;
+  std::int32_t curve = -1;  // jobs of wavelengths only: in SpectralTables::curves, in place of the value
 };
 
 struct MediumRecord {

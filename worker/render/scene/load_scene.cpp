@@ -41,10 +41,13 @@ class BuiltScene final : public RenderScene {
   static absl::StatusOr<std::unique_ptr<RenderScene>> load(const v1::Scene& scene, const v1::JobSpec& job,
                                                            const BlobSource& blobs,
                                                            const LoadOptions& options) {
-    const Kernel* const kernel = find_kernel(options.isa);
+    const bool spectral = job.content().algorithms().color() == v1::COLOR_SPECTRAL;
+    const Kernel* const kernel =
+        find_kernel(options.isa, spectral ? KernelLight::kWavelengths : KernelLight::kRgb);
     if (!kernel) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
+      return absl::FailedPreconditionError(absl::StrCat("this build or processor has no kernels for ISA '",
+                                                        options.isa, "'",
+                                                        spectral ? " that carry light of wavelengths" : ""));
     }
     const wire::AlgorithmTraits* const traits = wire::find_algorithm(job.content().algorithms().integrator());
     const Algorithm* const algorithm = traits == nullptr ? nullptr : kernel->find(traits->name);

@@ -22,6 +22,7 @@
 #include "render/scene/shape/object_graph.h"
 #include "render/scene/shape/shading_groups.h"
 #include "render/scene/shape/shape_builder.h"
+#include "render/scene/spectral/spectral_builder.h"
 #include "render/scene/texture/mesh_attributes.h"
 #include "render/scene/texture/texture_builder.h"
 #include "render/scene/texture/texture_images.h"
@@ -44,12 +45,13 @@ struct ArrayBuilders {
   const TexelFilter unsaid_filter;  // used for images that name none
   SharedImages* const shared_images;
   const std::stop_token stop;
+  SpectralBuilder* const spectral;  // null in jobs of RGB
 
   // Builders that ask for a texture mark its images as needed; they are decoded when nothing more asks.
   TextureImages images{shared_images};
   TextureBuilder textures{space, images, arrays.textures, unsaid_filter};
-  MediumBuilder media{space, blobs, arrays.media};
-  MaterialBuilder materials{textures, arrays.materials, warnings};
+  MediumBuilder media{space, blobs, arrays.media, spectral != nullptr};
+  MaterialBuilder materials{textures, arrays.materials, warnings, true, spectral};
   MeshAttributes attributes{textures.attribute_names(), blobs, arrays.textures};
   ShapeBuilder shapes{{blobs, materials.names(), arrays.materials, media.names(), textures, attributes,
                        algorithm.diffuse_only, stop},
@@ -58,7 +60,9 @@ struct ArrayBuilders {
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings, stop};
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   std::string lists_instances = "";  // who does, for plan_nesting()
-  LightBuilder lights{{space, blobs, algorithm, textures}, arrays.lights};
+  LightBuilder lights{
+      {.space = space, .blobs = blobs, .algorithm = algorithm, .textures = textures, .spectral = spectral},
+      arrays.lights};
 
   absl::Status run() {
     if (auto s = textures.build(scene.textures()); !s.ok()) return s;
@@ -235,6 +239,7 @@ struct ContentBuild::Parts {
   const AccelKernel& accel;
   const Settings settings;
   const std::shared_ptr<SceneContent> content;
+  const std::unique_ptr<SpectralBuilder> spectral;  // null in jobs of RGB
   ArrayBuilders builders;
 };
 
@@ -265,12 +270,15 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   arrays.lights.sources = light_sources;
   arrays.lights.shapes = &arrays.shapes;
   arrays.lights.textures = &arrays.textures;
+  auto spectral = settings.spectral ? std::make_unique<SpectralBuilder>(arrays.spectral) : nullptr;
+  SpectralBuilder* const spectra = spectral.get();
   std::unique_ptr<Parts> parts(new Parts{
       .scene = scene,
       .options = options,
       .accel = accel,
       .settings = settings,
       .content = content,
+      .spectral = std::move(spectral),
       .builders = {.scene = scene,
                    .blobs = blobs,
                    .algorithm = *settings.algorithm,
@@ -280,10 +288,12 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                    .unsaid_filter = settings.texture_filter,
                    .shared_images = options.contents == nullptr ? nullptr : &options.contents->images(),
                    .stop = options.stop,
+                   .spectral = spectra,
                    .nesting = settings.nesting,
                    .lists_instances = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
+  if (settings.spectral) tables.spectral = &arrays.spectral;
   if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
   if (auto s = builders.run(); !s.ok()) return s;
   accel.structures.prepare(arrays.shapes);
@@ -331,6 +341,12 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
     if (auto s = build_robust(settings, parts_->options, parts_->accel, content); !s.ok()) return s;
   }
   content.shape_numbers = shape_numbers(parts_->scene, builders.shapes.messages());
+  if (parts_->spectral != nullptr) {
+    // Last: all that looks at a scene before it is rendered looks at colours.
+    arrays.spectral.curve_of_light = builders.lights.curves_by_light();
+    parts_->spectral->convert(arrays.materials);
+    parts_->spectral->convert(arrays.media);
+  }
   return parts_->content;
 }
 

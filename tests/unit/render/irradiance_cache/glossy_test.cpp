@@ -175,7 +175,7 @@ Lobe some_lobe() {
   for (int k = 0; k < Lobe::kDirections; ++k) {
     const Float angle = to_float(Int::iota(0)) * 0.4f + static_cast<float>(k);
     lobe.wi[k] = {0.6f * cos(angle), 0.6f * sin(angle), Float(0.8f)};
-    lobe.weight[k] = spectrum_of({0.1f, 0.2f, 0.3f});
+    lobe.weight[k] = color_of({0.1f, 0.2f, 0.3f});
   }
   return lobe;
 }

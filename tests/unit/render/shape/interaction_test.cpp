@@ -48,7 +48,7 @@ class InteractionTest : public testing::Test {
   /// f |cos| of light from wi to wo; `u` picks parts of mixes of mixes.
   float f_cos(Vec3 wo, Vec3 wi, float u = 0.5f) {
     Interaction at;
-    interact(scene_, surface(), wo, Float(u), Mask::all(), at);
+    interact(scene_, surface(), wo, Float(u), Spectra(), Mask::all(), at);
     return eval_bsdf(at, wo, wi, Mask::all()).f_cos.c[0].lane(0);
   }
 
@@ -65,7 +65,7 @@ TEST_F(InteractionTest, LambertianPacketsHaveTheSameBitsAsAnyOther) {
   Surface bent = surface();
   bent.ns = unit(0.1f, -0.2f, 1);
   Interaction at;
-  interact(scene_, bent, above_, Float(0.5f), Mask::all(), at);
+  interact(scene_, bent, above_, Float(0.5f), Spectra(), Mask::all(), at);
   ASSERT_TRUE(at.lambertian);
   for (const Vec3& wi : {above2_, below2_}) {
     const BsdfEval quick = eval_bsdf(at, above_, wi, Mask::first(15)),
@@ -84,9 +84,9 @@ TEST_F(InteractionTest, PacketsWithAnotherMaterialAreNotLambertian) {
   Surface s = surface();
   s.material = select(Mask::first(15), Int(0), Int(1));
   Interaction at;
-  interact(scene_, s, above_, Float(0.5f), Mask::all(), at);
+  interact(scene_, s, above_, Float(0.5f), Spectra(), Mask::all(), at);
   EXPECT_FALSE(at.lambertian);
-  interact(scene_, s, above_, Float(0.5f), Mask::first(15), at);
+  interact(scene_, s, above_, Float(0.5f), Spectra(), Mask::first(15), at);
   EXPECT_TRUE(at.lambertian);
 }
 
@@ -97,7 +97,7 @@ TEST_F(InteractionTest, OneSidedMaterialsAreBlackFromBehind) {
   EXPECT_NEAR(f_cos(above_, above2_), 0.5f * cos_over_pi_, kRounding);
   EXPECT_EQ(f_cos(below_, below2_), 0);
   Interaction at;
-  interact(scene_, surface(), below_, Float(0.5f), Mask::all(), at);
+  interact(scene_, surface(), below_, Float(0.5f), Spectra(), Mask::all(), at);
   EXPECT_TRUE(none(sample_bsdf(at, below_, Float(0.5f), {Float(0.5f), Float(0.3f)}, Mask::all()).valid));
 }
 
@@ -117,7 +117,7 @@ TEST_F(InteractionTest, MixesAddTheirParts) {
   arrays_.materials.materials = {mix(1, 2, 0.25f), diffuse(0.8f), diffuse(0.4f)};
   EXPECT_NEAR(f_cos(above_, above2_), (0.75f * 0.8f + 0.25f * 0.4f) * cos_over_pi_, kRounding);
   Interaction at;
-  interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+  interact(scene_, surface(), above_, Float(0.5f), Spectra(), Mask::all(), at);
   EXPECT_NE(at.flags.lane(0) & kMixed, 0);
   // Either part, with weight and density of both.
   for (const float u_lobe : {0.1f, 0.9f}) {
@@ -136,7 +136,7 @@ TEST_F(InteractionTest, DeltaPartsOfMixesKeepTheirOwnWeight) {
   arrays_.materials.materials = {mix(1, 2, 0.25f), diffuse(0.8f), glass};
   EXPECT_NEAR(f_cos(above_, above2_), 0.75f * 0.8f * cos_over_pi_, kRounding);
   Interaction at;
-  interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+  interact(scene_, surface(), above_, Float(0.5f), Spectra(), Mask::all(), at);
   EXPECT_EQ(at.flags.lane(0) & kAllDelta, 0);
   const BsdfSample through = sample_bsdf(at, above_, Float(0.2f), {Float(0.6f), Float(0.3f)}, Mask::all());
   EXPECT_TRUE(all(through.specular & through.transmission & through.valid));
@@ -172,7 +172,7 @@ TEST_F(InteractionTest, BumpsTiltTheNormalAndShadowThemselves) {
   bumpy.bump_step = 1.0f / 64;
 
   Interaction at;
-  interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+  interact(scene_, surface(), above_, Float(0.5f), Spectra(), Mask::all(), at);
   const float nz = 1 / std::sqrt(1.25f);
   EXPECT_NEAR(at.frame.z.x.lane(0), -0.5f * nz,
               1e-5f);  // differences over 1/64 of values that are right to 6e-8
@@ -216,7 +216,7 @@ TEST_F(InteractionTest, BumpsHaveTheSlopeOfWhatAPixelCovers) {
   const auto slope_along_u = [&](float half_axis) {
     scene_.footprint.spread_x = scene_.footprint.spread_y = half_axis / 8;
     Interaction at;
-    interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+    interact(scene_, surface(), above_, Float(0.5f), Spectra(), Mask::all(), at);
     return -at.frame.z.x.lane(3) / at.frame.z.z.lane(3);
   };
   // Averages of 8 texels, without the ripple: the step of 2 texels is along the slope of 1.
@@ -226,7 +226,7 @@ TEST_F(InteractionTest, BumpsHaveTheSlopeOfWhatAPixelCovers) {
   // Without a camera to see it, over the record's step.
   scene_.footprint.on = false;
   Interaction at;
-  interact(scene_, surface(), above_, Float(0.5f), Mask::all(), at);
+  interact(scene_, surface(), above_, Float(0.5f), Spectra(), Mask::all(), at);
   EXPECT_NEAR(-at.frame.z.x.lane(3) / at.frame.z.z.lane(3), 1 - 16, 0.1);
 }
 

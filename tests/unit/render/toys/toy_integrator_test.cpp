@@ -36,7 +36,7 @@ class FacingIntegrator final : public Integrator {
     Vertex v;
     v.wo = -path.direction;
     v.surface = surface_at(scene_.shapes, found, path.origin, path.direction, hit, scene_.any_tangents);
-    interact(scene_, v.surface, v.wo, Float(0.5f), hit, v.at);
+    interact(scene_, v.surface, v.wo, Float(0.5f), spectra_of(scene_, path), hit, v.at);
     batch_.record_first_hit(v, found, path.slot, hit);
     batch_.add_radiance(path.beta * albedo_of(v.at, hit) * abs(dot(v.wo, v.at.frame.z)), path.slot, hit);
   }

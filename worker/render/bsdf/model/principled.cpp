@@ -83,7 +83,7 @@ Spectrum reflectance(const BsdfParams& params, const Lobes& lobes, Float cos_o, 
   const Float weight = schlick_weight(cos_o, lobes.eta);
   const Spectrum colour = params.spectra[slot::kReflectance];
   const Spectrum metal = lerp(weight, colour, Spectrum(1.0f));
-  const Spectrum tinted = lerp(weight, tinted_normal_reflectance(colour, lobes.eta), Spectrum(1.0f));
+  const Spectrum tinted = lerp(weight, tinted_normal_reflectance(params, colour, lobes.eta), Spectrum(1.0f));
   const Spectrum outside = metal * metallic + lerp(tint, Spectrum(fresnel), tinted) * (1.0f - metallic);
   return select(lobes.inside, Spectrum(lobes.glass * fresnel), outside);
 }

@@ -22,15 +22,15 @@ TESSERA_INLINE Float schlick_weight(Float cosine, Float eta) {
 }
 
 /// The base colour at luminance 1; white where it is black.
-TESSERA_INLINE Spectrum hue(Spectrum colour) {
-  const Float y = luminance(colour);
+TESSERA_INLINE Spectrum hue(const BsdfParams& params, Spectrum colour) {
+  const Float y = base_luminance(params);
   const Mask lit = y > 0.0f;
   return select(lit, colour * (1.0f / select(lit, y, 1.0f)), Spectrum(1.0f));
 }
 
 /// Reflectance along the normal of the tinted dielectric.
-TESSERA_INLINE Spectrum tinted_normal_reflectance(Spectrum colour, Float eta) {
-  return hue(colour) * sqr((eta - 1.0f) / (eta + 1.0f));
+TESSERA_INLINE Spectrum tinted_normal_reflectance(const BsdfParams& params, Spectrum colour, Float eta) {
+  return hue(params, colour) * sqr((eta - 1.0f) / (eta + 1.0f));
 }
 
 /// In `lanes`, where Disney's "specular" was looked up in place of the index: the index with which a
@@ -67,7 +67,7 @@ TESSERA_INLINE Float principled_diffuse(const BsdfParams& params, Float zo, Floa
 
 /// The sheen's f, without the lobe's share.
 TESSERA_INLINE Spectrum principled_sheen(const BsdfParams& params, Spectrum colour, Float cos_d) {
-  const Spectrum tint = lerp(params.extended[slot::kSheenTint], Spectrum(1.0f), hue(colour));
+  const Spectrum tint = lerp(params.extended[slot::kSheenTint], Spectrum(1.0f), hue(params, colour));
   return tint * (params.extended[slot::kSheen] * schlick_power(abs(cos_d)));
 }
 

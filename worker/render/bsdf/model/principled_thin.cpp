@@ -69,7 +69,7 @@ BsdfEval eval_above(const BsdfParams& params, const Lobes& lobes, Vec3 wo, Vec3 
   const Float half_density = select_or_zero(facing, 0.5f * facets.density(h));
   const Float fresnel = fresnel_dielectric(cos_o, eta).reflectance;
   const Spectrum tinted =
-      lerp(schlick_weight(cos_o, eta), tinted_normal_reflectance(colour, eta), Spectrum(1.0f));
+      lerp(schlick_weight(cos_o, eta), tinted_normal_reflectance(params, colour, eta), Spectrum(1.0f));
   const Spectrum mirror = lerp(params.extended[slot::kSpecTint], Spectrum(fresnel), tinted);
   Spectrum f_cos = select(reflection, mirror, colour * (1.0f - fresnel)) *
                    (lobes.glass * half_density * zi / facets.masking_pair(so, zo, si, zi));

@@ -32,7 +32,7 @@ Emission AreaLight::emit(const LightTable& table, Int light, Vec2 u_place, Vec2 
   const Vec3 normal = select(back, -at.normal, at.normal);
   const Vec3 direction = Frame::from_normal(normal).to_world(square_to_cosine_hemisphere(u_direction));
 
-  Spectrum radiance = lanes.radiance();
+  Color radiance = lanes.radiance();
   if (table.any_textures)
     radiance = radiance * emission_texture(table, light, at.point, at.barycentric, active);
   const Float flux = select(two_sided, Float(2 * kPi), Float(kPi)) / at.density;

@@ -15,30 +15,28 @@ const Environment& environment_of(const LightTable& table, std::int32_t light) {
 }
 
 struct Texel {
-  Spectrum radiance;
+  Color radiance;
   Float density;  // of the distribution in this cell
 };
 
 Texel whole_texel(const Environment& e, Int x, Int y, Mask active) {
   const Float4 rgbd = gather4(e.texels.data(), (y * e.width + x) * 4, active);
   Texel result;
-  result.radiance = spectrum_of([&](int band) { return select_or_zero(active, rgbd.c[band]); });
+  result.radiance = color_of([&](int band) { return select_or_zero(active, rgbd.c[band]); });
   result.density = select_or_zero(active, rgbd.c[kBands]);
   return result;
 }
 
-Spectrum texel(const Environment& e, Int x, Int y, Mask active) {
-  return whole_texel(e, x, y, active).radiance;
-}
+Color texel(const Environment& e, Int x, Int y, Mask active) { return whole_texel(e, x, y, active).radiance; }
 
 /// pbrt-v4 reads its octahedral maps without interpolation.
-Spectrum nearest(const Environment& e, Vec2 uv, Mask active) {
+Color nearest(const Environment& e, Vec2 uv, Mask active) {
   return texel(e, clamp(to_int(uv.x * static_cast<float>(e.width)), 0, e.width - 1),
                clamp(to_int(uv.y * static_cast<float>(e.height)), 0, e.height - 1), active);
 }
 
 /// Round about in u, up to the poles in v.
-Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
+Color bilinear(const Environment& e, Vec2 uv, Mask active) {
   // Mitsuba 3's grid: columns have their centres at half-integers, but the first and last rows lie on the
   // poles.
   const Float x = uv.x * static_cast<float>(e.width) - 0.5f, y = uv.y * static_cast<float>(e.height - 1);
@@ -51,8 +49,8 @@ Spectrum bilinear(const Environment& e, Vec2 uv, Mask active) {
               lerp(tx, texel(e, x0, y1, active), texel(e, x1, y1, active)));
 }
 
-Spectrum uniform_radiance(const LightRecord& record, Mask active) {
-  return select_or_zero(active, spectrum_of(record.radiance));
+Color uniform_radiance(const LightRecord& record, Mask active) {
+  return select_or_zero(active, color_of(record.radiance));
 }
 
 /// The parallelogram through which the light comes, to the side of its normal only [pbrt-v4
@@ -88,7 +86,7 @@ Mask through_portal(const Environment& e, Vec3 origin, Vec3 wi, Mask active) {
          (b <= plane.area);
 }
 
-Spectrum map_radiance(const Environment& e, const LightRecord& record, Vec3 wi, Mask active) {
+Color map_radiance(const Environment& e, const LightRecord& record, Vec3 wi, Mask active) {
   if (e.mapping == EnvironmentMapping::kUniform) return uniform_radiance(record, active);
   const Vec3 w = normalize(transform_vector(e.light_from_render, wi));
   if (e.mapping == EnvironmentMapping::kEqualAreaOctahedral)
@@ -99,7 +97,7 @@ Spectrum map_radiance(const Environment& e, const LightRecord& record, Vec3 wi, 
 /// A direction in light space with what is known of it.
 struct MapSample {
   Vec3 w;
-  Spectrum radiance;
+  Color radiance;
   Float pdf;
 };
 
@@ -155,9 +153,8 @@ class InfiniteLight final : public LightModel {
 
   LightSample sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                      Mask active) const override {
-    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance),
-                       Spectrum(0.0f),     Float(0.0f),
-                       Mask::none(),       Mask::none()};
+    LightSample result{{0.0f, 0.0f, 1.0f}, Float(kInfiniteDistance), Color(0.0f), Float(0.0f), Mask::none(),
+                       Mask::none()};
     for_each_distinct(light, active, [&](std::int32_t i, Mask lanes) {
       const Environment& e = environment_of(table, i);
       if (e.portal_area > 0) {
@@ -214,7 +211,7 @@ class InfiniteLight final : public LightModel {
 
 const ModelOf<InfiniteLight> infinite(LightKind::kInfinite);
 
-Spectrum environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active) {
+Color environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active) {
   const Environment& e = environment_of(table, light);
   return map_radiance(e, table.lights[static_cast<std::size_t>(light)], wi,
                       through_portal(e, origin, wi, active));

@@ -68,12 +68,13 @@ absl::Status LightBuilder::add_infinite(const v1::InfiniteLight& light, float sc
   if (auto s = set_portal(light, *environment); !s.ok()) return s;
   LightRecord record;
   record.kind = LightKind::kInfinite;
-  if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
-  put(emission(light.radiance()), scale, record.radiance);
+  if (auto s = set_color(light.radiance(), scale, "radiance", record); !s.ok()) return s;
+  if (light.has_image()) curve_ = -1;
   record.environment = static_cast<std::int32_t>(table_.environments.size());
   table_.infinite_lights.push_back(static_cast<std::int32_t>(table_.lights.size()));
   table_.environments.push_back(*std::move(environment));
   table_.lights.push_back(record);
+  note_curve();
   return absl::OkStatus();
 }
 

@@ -49,11 +49,6 @@ absl::Status set_radius(float radius, LightKind soft, LightRecord& record) {
   return absl::OkStatus();
 }
 
-absl::Status set_colour(const v1::Spectrum& spectrum, float scale, LightRecord& record) {
-  put(emission(spectrum), scale, record.radiance);
-  return check_spectrum(spectrum, "colour");
-}
-
 }  // namespace
 
 absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) const {
@@ -69,6 +64,24 @@ absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) 
     }
   }
   return absl::OkStatus();
+}
+
+absl::Status LightBuilder::set_color(const v1::Spectrum& spectrum, float scale, const char* what,
+                                     LightRecord& record) {
+  if (auto s = check_spectrum(spectrum, what); !s.ok()) return s;
+  const SpectralEmission light = inputs_.spectral == nullptr ? SpectralEmission{emission(spectrum)}
+                                                             : inputs_.spectral->emission_of(spectrum);
+  put(light.color, scale, record.radiance);
+  curve_ = light.curve;
+  return absl::OkStatus();
+}
+
+void LightBuilder::note_curve() { curves_.resize(table_.lights.size(), curve_); }
+
+std::vector<std::int32_t> LightBuilder::curves_by_light() const {
+  return std::ranges::all_of(curves_, [](std::int32_t curve) { return curve < 0; })
+             ? std::vector<std::int32_t>()
+             : curves_;
 }
 
 absl::Status LightBuilder::set_texture(const std::string& name, LightRecord& record) {
@@ -98,6 +111,7 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   LightRecord record;
   if (auto s = set_kind(light, scale, record); !s.ok()) return s;
   table_.lights.push_back(record);
+  note_curve();
   return absl::OkStatus();
 }
 
@@ -107,20 +121,20 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
       record.kind = LightKind::kPoint;
       put_vector(point_of(light.point().position()) - inputs_.space.origin, record.position);
       if (auto s = set_radius(light.point().radius(), LightKind::kSoftPoint, record); !s.ok()) return s;
-      return set_colour(light.point().intensity(), scale, record);
+      return set_color(light.point().intensity(), scale, "colour", record);
     case v1::Light::kSpot:
-      if (auto s = set_colour(light.spot().intensity(), scale, record); !s.ok()) return s;
+      if (auto s = set_color(light.spot().intensity(), scale, "colour", record); !s.ok()) return s;
       return set_spot(light.spot(), record);
     case v1::Light::kDistant:
       record.kind = LightKind::kDistant;
-      if (auto s = set_colour(light.distant().irradiance(), scale, record); !s.ok()) return s;
+      if (auto s = set_color(light.distant().irradiance(), scale, "colour", record); !s.ok()) return s;
       return put_unit(point_of(light.distant().direction()), record.direction);
     case v1::Light::kProjection:
-      if (auto s = set_colour(light.projection().intensity(), scale, record); !s.ok()) return s;
+      if (auto s = set_color(light.projection().intensity(), scale, "colour", record); !s.ok()) return s;
       return set_projection(light.projection(), record);
     case v1::Light::kGoniometric:
       record.kind = LightKind::kGoniometric;
-      if (auto s = set_colour(light.goniometric().intensity(), scale, record); !s.ok()) return s;
+      if (auto s = set_color(light.goniometric().intensity(), scale, "colour", record); !s.ok()) return s;
       if (auto s = place(light.goniometric().world_from_light(), record); !s.ok()) return s;
       return set_texture(light.goniometric().texture(), record);
     case v1::Light::kInfinite:
@@ -174,11 +188,10 @@ absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters,
 }
 
 absl::StatusOr<LightRecord> LightBuilder::read_area_light(const v1::AreaLight& light) {
-  if (auto s = check_spectrum(light.radiance(), "radiance"); !s.ok()) return s;
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   LightRecord record;
-  put(emission(light.radiance()), scale, record.radiance);
+  if (auto s = set_color(light.radiance(), scale, "radiance", record); !s.ok()) return s;
   if (auto s = set_texture(light.texture(), record); !s.ok()) return s;
   const float pick = light.interpolated_normal_pick();
   if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("a probability is not within 0 and 1");
@@ -195,6 +208,7 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& sh
   if (!record.ok()) return record.status();
   append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
                      light.interpolated_normal_pick());
+  note_curve();
   return absl::OkStatus();
 }
 

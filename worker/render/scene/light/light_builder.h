@@ -11,6 +11,7 @@
 #include "render/scene/blob_source.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/shape/emitter.h"
+#include "render/scene/spectral/spectral_builder.h"
 #include "render/scene/texture/texture_nodes.h"
 #include "render/scene/values/fault_list.h"
 #include "render/shape/shape_table.h"
@@ -26,6 +27,7 @@ struct LightInputs {
   TextureNodes& textures;
   /// Reads only the headers of environment maps, which stay black: for scenes that are not rendered.
   bool headers_alone = false;
+  SpectralBuilder* spectral = nullptr;  // jobs of wavelengths only
 };
 
 class LightBuilder {
@@ -40,6 +42,8 @@ class LightBuilder {
   absl::Status add_lights(const Lights& lights);
   /// The same, but goes on after a fault, until the list is full.
   void add_lights(const Lights& lights, FaultList& faults);
+  /// SpectralTables::curve_of_light, once all lights are there.
+  std::vector<std::int32_t> curves_by_light() const;
   /// Errors of add_area_lights(), but for the name of the shape.
   absl::Status check_area_light(const v1::AreaLight& light);
 
@@ -54,6 +58,9 @@ class LightBuilder {
   /// Where a light with a rotation stands.
   absl::Status place(const v1::Matrix& world_from_light, LightRecord& record) const;
   absl::Status set_texture(const std::string& name, LightRecord& record);
+  absl::Status set_color(const v1::Spectrum& spectrum, float scale, const char* what, LightRecord& record);
+  /// The lights that were added since are those of the latest set_color().
+  void note_curve();
 
   // infinite_light.cpp
   absl::Status add_infinite(const v1::InfiniteLight& light, float scale);
@@ -62,6 +69,8 @@ class LightBuilder {
 
   const LightInputs inputs_;
   LightTable& table_;
+  std::int32_t curve_ = -1;  // of the latest set_color()
+  std::vector<std::int32_t> curves_;
 };
 
 /// Builds what lights are chosen by, of a scene within a sphere of render space, once all lights are there.

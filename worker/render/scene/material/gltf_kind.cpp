@@ -42,7 +42,7 @@ absl::Status set_usual_slots(const v1::GltfMaterial& gltf, ExtendedRecord& exten
       {gltf.specular_color(), {1, 1, 1}, record.spectra[slot::kSpecularColor]},
       {gltf.sheen_color(), {0, 0, 0}, extended.spectra[slot::kSheenColor]},
       {gltf.diffuse_transmission_color(), {1, 1, 1}, extended.spectra[slot::kBehindColor]},
-      {gltf.anisotropy_direction(), {1, 0.5f, 1}, extended.further_spectra[slot::kAnisotropyDirection]}};
+      {gltf.anisotropy_direction(), {1, 0.5f, 1}, extended.further_colors[slot::kAnisotropyDirection]}};
   for (const auto& [value, otherwise, target] : spectra) {
     if (auto s = slots.set_spectrum(value, otherwise, target); !s.ok()) return s;
   }

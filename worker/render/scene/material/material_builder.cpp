@@ -58,7 +58,7 @@ void MaterialBuilder::build(const Materials& materials, FaultList& faults) {
 }
 
 absl::Status MaterialBuilder::build_material(const v1::Material& material, MaterialRecord& record) {
-  const MaterialInputs inputs{textures_, energies_, table_, warnings_};
+  const MaterialInputs inputs{textures_, energies_, table_, warnings_, spectral_};
   MaterialSlots slots(inputs, material.name(), record);
   if (auto s = material.has_mix() ? set_mix(material.mix(), slots) : set_kind(material, slots); !s.ok())
     return s;

@@ -19,10 +19,14 @@ class MaterialBuilder {
  public:
   using Materials = google::protobuf::RepeatedPtrField<v1::Material>;
 
-  /// `computes`: as in EnergyTables.
+  /// `computes`: as in EnergyTables. `spectral`: for jobs of wavelengths only, else null.
   MaterialBuilder(TextureNodes& textures, MaterialTable& table, std::vector<std::string>& warnings,
-                  bool computes = true)
-      : textures_(textures), table_(table), warnings_(warnings), energies_(table, computes) {}
+                  bool computes = true, SpectralBuilder* spectral = nullptr)
+      : textures_(textures),
+        table_(table),
+        warnings_(warnings),
+        energies_(table, computes),
+        spectral_(spectral) {}
 
   /// Adds all materials, and behind them the one of shapes that name none. InvalidArgument names the
   /// material.
@@ -43,6 +47,7 @@ class MaterialBuilder {
   MaterialTable& table_;
   std::vector<std::string>& warnings_;
   EnergyTables energies_;
+  SpectralBuilder* const spectral_;
   NameTable names_{"material"};
 };
 

@@ -7,6 +7,7 @@
 #include "render/core/constants.h"
 #include "render/scene/values/spectra.h"
 #include "spectra/rgb/scene_rgb.h"
+#include "spectra/upsampling/upsample.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -34,6 +35,19 @@ bool is_smooth(const MaterialRecord& record) {
 /// The index with which a dielectric has the normal reflectance 0.08 * specular [Burley 2012].
 float eta_from_specular(float specular) { return 2 / (1 - std::sqrt(0.08f * specular)) - 1; }
 
+/// The curve of k_for_reflectance() of a reflectance that is in the slot.
+std::int32_t k_curve(const SpectrumSlot& reflectance, SpectralBuilder& spectral) {
+  if (reflectance.texture <= kFirstCurve) {
+    return spectral.add_function_of(kFirstCurve - reflectance.texture,
+                                    [](float r) { return k_for_reflectance(r); });
+  }
+  const auto sigmoid =
+      spectra::upsample_reflectance({reflectance.value[0], reflectance.value[1], reflectance.value[2]})
+          .coefficients;
+  return spectral.add_curve(
+      [&](double nm) { return k_for_reflectance(spectra::value(sigmoid, static_cast<float>(nm))); });
+}
+
 absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, MaterialSlots& slots) {
   MaterialRecord& record = slots.record;
   record.flags |= kUsesSecondSpectrum;
@@ -46,7 +60,9 @@ absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, Materia
       return absl::OkStatus();
     }
     put({1, 1, 1}, record.spectra[slot::kConductorEta]);
-    for (float& k : record.spectra[slot::kConductorK].value) k = k_for_reflectance(k);
+    SpectrumSlot& k = record.spectra[slot::kConductorK];
+    if (slots.spectral() != nullptr) k.texture = kFirstCurve - k_curve(k, *slots.spectral());
+    for (float& value : k.value) value = k_for_reflectance(value);
     return absl::OkStatus();
   }
   const v1::Spectrum &eta = conductor.eta().constant(), &k = conductor.k().constant();
@@ -57,6 +73,14 @@ absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, Materia
     const spectra::ConductorRgb rgb = spectra::conductor_rgb(curve(eta), curve(k));
     put(rgb.eta, record.spectra[slot::kConductorEta]);
     put(rgb.k, record.spectra[slot::kConductorK]);
+    if (SpectralBuilder* const spectral = slots.spectral(); spectral != nullptr) {
+      for (const auto& [index, slot] :
+           {std::pair(&eta, slot::kConductorEta), std::pair(&k, slot::kConductorK)}) {
+        const spectra::Curve values = curve(*index);
+        record.spectra[slot].texture =
+            kFirstCurve - spectral->add_curve([&](double nm) { return values.at(nm); });
+      }
+    }
     return absl::OkStatus();
   }
   if (auto s = slots.set_spectrum(conductor.eta(), {1, 1, 1}, record.spectra[slot::kConductorEta]); !s.ok())

@@ -37,6 +37,9 @@ absl::Status MaterialSlots::set_spectrum(const v1::SpectrumValue& value, const s
   }
   if (auto s = check_spectrum(value.constant(), "spectrum"); !s.ok()) return s;
   put(value.has_constant() ? reflectance(value.constant()) : otherwise, slot);
+  if (inputs_.spectral == nullptr) return absl::OkStatus();
+  if (const auto curve = inputs_.spectral->add_measured(value.constant()))
+    slot.texture = kFirstCurve - *curve;
   return absl::OkStatus();
 }
 
@@ -128,6 +131,9 @@ absl::Status MaterialSlots::set_upper_normal(const v1::ImageTexture& map) {
 void MaterialSlots::scale_spectra(float factor) {
   for (SpectrumSlot& slot : record.spectra) {
     if (slot.texture >= 0 && factor != 1) slot.texture = inputs_.textures.scaled(slot.texture, factor);
+    if (slot.texture <= kFirstCurve && factor != 1)
+      slot.texture = kFirstCurve - inputs_.spectral->add_function_of(kFirstCurve - slot.texture,
+                                                                     [&](float v) { return v * factor; });
     for (float& v : slot.value) v *= factor;
   }
 }

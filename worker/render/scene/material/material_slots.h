@@ -9,6 +9,7 @@
 #include "absl/status/status.h"
 #include "render/bsdf/material_table.h"
 #include "render/scene/material/energy_tables.h"
+#include "render/scene/spectral/spectral_builder.h"
 #include "render/scene/texture/texture_nodes.h"
 #include "spectra/color/rgb.h"
 #include "tessera/v1/scene.pb.h"
@@ -21,6 +22,7 @@ struct MaterialInputs {
   EnergyTables& energies;
   MaterialTable& table;
   std::vector<std::string>& warnings;
+  SpectralBuilder* spectral = nullptr;  // jobs of wavelengths only
 };
 
 class MaterialSlots {
@@ -48,6 +50,7 @@ class MaterialSlots {
   ExtendedRecord& extend();
 
   EnergyTables& energies() { return inputs_.energies; }
+  SpectralBuilder* spectral() { return inputs_.spectral; }
   /// "material 'gold': " and `what`.
   void warn(const std::string& what);
 

@@ -159,6 +159,10 @@ absl::StatusOr<int> MediumBuilder::add_grid(const v1::VolumeGrid& grid) {
     return absl::InvalidArgumentError(
         absl::StrCat("a grid has ", volume->channels, " channels instead of 1 or 3"));
   }
+  if (spectral_ && volume->channels == 3) {
+    return absl::InvalidArgumentError(
+        "a grid has colours, of which no bound holds for all wavelengths: it needs color 'rgb'");
+  }
   if (volume->samples.size() > kMostSamples)
     return absl::ResourceExhaustedError("a grid has more than 2^30 samples");
   if (std::any_of(volume->samples.begin(), volume->samples.end(), [](float x) { return x < 0; })) {

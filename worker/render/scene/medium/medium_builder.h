@@ -20,8 +20,9 @@ class MediumBuilder {
   using Media = google::protobuf::RepeatedPtrField<v1::Medium>;
 
   /// Grids of samples come from `blobs`.
-  MediumBuilder(const RenderSpace& space, const BlobSource& blobs, MediumTable& table)
-      : space_(space), blobs_(blobs), table_(table) {}
+  /// `spectral`: for a job of wavelengths, in which grids have no colours.
+  MediumBuilder(const RenderSpace& space, const BlobSource& blobs, MediumTable& table, bool spectral = false)
+      : space_(space), blobs_(blobs), table_(table), spectral_(spectral) {}
 
   /// Adds all media; none, with a warning, where `algorithm` sees none. InvalidArgument names the medium.
   absl::Status build(const Media& media, const wire::AlgorithmTraits& algorithm,
@@ -43,6 +44,7 @@ class MediumBuilder {
   const RenderSpace& space_;
   const BlobSource& blobs_;
   MediumTable& table_;
+  const bool spectral_;
   MediumNames names_;
 };
 

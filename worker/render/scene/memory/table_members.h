@@ -43,6 +43,8 @@ TESSERA_MEMBERS(DensityGrid, size, channels, grid_from_render, samples)
 TESSERA_MEMBERS(MediumRecord, sigma_t, albedo, emission, g, scattering_is_sigma_s, emits, homogeneous,
                 bounds_from_render, cells, majorants)
 TESSERA_MEMBERS(MediumTable, media, grids)
+TESSERA_MEMBERS(SpectralTables, coefficients, levels, ratios, curves, curve_of_light, quantiles, response,
+                daylight_response)
 
 // Lights
 TESSERA_MEMBERS(AliasTable, threshold, alias, pmf)
@@ -65,7 +67,7 @@ TESSERA_MEMBERS(LayerTable, count, tells_lobes, has_shadows, from_camera, from_l
                 source_of_media)
 TESSERA_MEMBERS(OwnSettings::Value, name, number)
 TESSERA_MEMBERS(OwnSettings, values)
-TESSERA_MEMBERS(SceneTables, shapes, materials, textures, lights, media, sensor, footprint, filter,
+TESSERA_MEMBERS(SceneTables, shapes, materials, textures, lights, media, spectral, sensor, footprint, filter,
                 render_origin, sampler, max_depth, shared_caution, aovs, layers, own, irradiance_cache,
                 radiosity, preview, photon, metropolis, shading_group, shading_groups, any_textures,
                 any_tangents, any_filtered, any_mix, any_opacity, paths_pass, volumetric, straight_shadows,

@@ -89,6 +89,7 @@ Settings read_settings(const v1::JobSpec& job) {
   result.algorithm = wire::find_algorithm(asked.integrator());
   result.own = own_settings(asked);
   result.structure = structure_of(asked.accelerator());
+  result.spectral = asked.color() == v1::COLOR_SPECTRAL;
   result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
   if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
   result.shadow_cache = asked.shadow_cache();

@@ -31,6 +31,7 @@ struct Settings {
   TexelFilter texture_filter = TexelFilter::kBilinear;  // used for images that name none
   LightSelection light_selection = LightSelection::kAuto;
   bool straight_shadows = false;  // light passes clear glass unbent
+  bool spectral = false;          // paths carry light of wavelengths
   PhotonSettings photon;
   MetropolisSettings metropolis;
 };

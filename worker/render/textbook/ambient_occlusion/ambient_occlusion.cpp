@@ -29,7 +29,8 @@ void AmbientOcclusion::look_around() {
     if (none(hit)) continue;
     e.find_surface(scene_, hit);
     Vertex& v = e.vertex;
-    interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, hit, v.at);
+    interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, spectra_of(scene_, e.path), hit,
+             v.at);
     batch_.record_first_hit(v, e.hit, e.path.slot, hit);
 
     const Frame frame = Frame::from_normal(face_forward(v.surface.ng, v.wo));

@@ -13,7 +13,7 @@ Spectrum extrapolated(const IrradianceRecord& record, Vec3 p, Vec3 n) {
   const auto along = [](const float(&gradient)[3], Vec3 v) {
     return fma(v.x, Float(gradient[0]), fma(v.y, Float(gradient[1]), v.z * gradient[2]));
   };
-  return spectrum_of([&](int band) {
+  return color_of([&](int band) {
     return max(
         record.irradiance[band] + along(record.rotation[band], axis) + along(record.translation[band], d),
         0.0f);

@@ -161,7 +161,7 @@ void Gather::trace_cells(const RecordPlace& place, auto& hemisphere) {
     for (int i = 0; i < n; i += kWidth) {
       const Vec3 local{Float::load(cell_direction_[0] + i), Float::load(cell_direction_[1] + i),
                        Float::load(cell_direction_[2] + i)};
-      keep(hemisphere, first + i, std::min(n - i, kWidth), local, rgb_of(batch_.summable_radiance(i)),
+      keep(hemisphere, first + i, std::min(n - i, kWidth), local, vec3_of(batch_.summable_radiance(i)),
            max(Float::load(sample_distance_ + i), kLeastDistance));
     }
   }

@@ -31,7 +31,7 @@ class GlossyCache::Projection {
     Spectrum sum(0.0f);
     const float* number = numbers.data();
     for (int i = 0; i < harmonics_.count(); ++i, number += GlossyRecords::kOfCoefficient) {
-      const Spectrum light = spectrum_of([&](int band) {
+      const Spectrum light = color_of([&](int band) {
         return fma(x, Float(number[kBands + band]), fma(y, Float(number[2 * kBands + band]), number[band]));
       });
       sum += coefficients_[i] * light;

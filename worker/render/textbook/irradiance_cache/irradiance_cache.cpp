@@ -45,7 +45,7 @@ void IrradianceCached::met(Encounter& e) {
   if (none(wanted.any())) return;
   if (shown_) {
     const Mask shown = cache_->at_record(v.surface.p, wanted.glossy, wanted.any());
-    const Spectrum red = spectrum_of({1.0f, 0.0f, 0.0f});
+    const Spectrum red = color_of({1.0f, 0.0f, 0.0f});
     batch_.add_radiance(red, path.slot, shown);
     path.beta = select(shown, Spectrum(0.0f), path.beta);
   }

@@ -47,7 +47,7 @@ Patch patch_of(const LightTable& table, std::span<const std::int32_t> lights) {
                          {Float(static_cast<float>(middle[0])), Float(static_cast<float>(middle[1])),
                           Float(static_cast<float>(middle[2]))},
                          {third, third}, Mask::all());
-    const Vec3 rgb = rgb_of(factor);
+    const Vec3 rgb = vec3_of(factor);
     const float factors[3] = {rgb.x.lane(0), rgb.y.lane(0), rgb.z.lane(0)};
     for (std::size_t c = 0; c < 3; ++c) patch.light[c] += double{light.radiance[c]} * factors[c] * light.area;
   }
@@ -137,7 +137,7 @@ void add_environment(const LightTable& table, std::int32_t light, double (&sum)[
                  (to_float(row) + 0.5f) * (1.0f / kRoot)};
     const LightSample sample = sample_light(table, Int(light), centre, u, Mask::all());
     const Mask valid = sample.valid & (sample.pdf > 0.0f);
-    const Vec3 rgb = rgb_of(sample.radiance * (1.0f / select(valid, sample.pdf, 1.0f)));
+    const Vec3 rgb = vec3_of(sample.radiance * (1.0f / select(valid, sample.pdf, 1.0f)));
     Float basis[9];
     harmonics(sample.wi.x, sample.wi.y, sample.wi.z, basis);
     const Float bands[kBands] = {rgb.x, rgb.y, rgb.z};
@@ -198,7 +198,7 @@ Lighting lighting_of(const SceneTables& scene) {
 Spectrum Lighting::ambient_irradiance(Vec3 n) const {
   Float basis[9];
   harmonics(n.x, n.y, n.z, basis);
-  const Spectrum sum = spectrum_of([&](int band) {
+  const Spectrum sum = color_of([&](int band) {
     Float value(0.0f);
     for (int k = 0; k < 9; ++k) value = fma(basis[k], Float(ambient[k][band]), value);
     return value;
@@ -234,8 +234,8 @@ LampLight light_of(const SceneTables& scene, const Lamp& lamp, Vec3 p, Mask acti
   // Near a disk, along its axis, irradiance goes by 1 / (r^2 + R^2).
   const Float spread = distance2 + flat * kInvPi;
   const Float solid_angle = (flat + lamp.round_area) / select(apart, spread, 1.0f);
-  result.irradiance = spectrum_of(lamp.radiance) * solid_angle;
-  result.most = spectrum_of(lamp.radiance).max_component();
+  result.irradiance = color_of(lamp.radiance) * solid_angle;
+  result.most = color_of(lamp.radiance).max_component();
   result.lit = apart & (solid_angle > 0.0f);
   return result;
 }

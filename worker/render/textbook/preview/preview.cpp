@@ -110,7 +110,7 @@ void Preview::shade(int first) {
     const Spectrum radiance = emitted_radiance(scene_.lights, v.surface.light, v.surface, v.wo, lit);
     batch_.add_radiance(radiance, path.slot, lit);
   }
-  interact(scene_, v.surface, v.wo, Float(0.5f), hit, v.at);
+  interact(scene_, v.surface, v.wo, Float(0.5f), Spectra(), hit, v.at);
   batch_.record_first_hit(v, found, path.slot, hit);
   batch_.add_radiance(reflected(v, path.slot, hit), path.slot, hit);
 }

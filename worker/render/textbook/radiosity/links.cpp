@@ -332,8 +332,7 @@ void Linker::aim_at_light(const Pair& pair, const Patch& receiver, std::size_t i
       sample.wi.x.store(w[0]), sample.wi.y.store(w[1]), sample.wi.z.store(w[2]);
       sample.distance.store(distance);
       const Float scale = share * cosine / select(shines, sample.pdf, 1.0f);
-      for (int b = 0; b < kBands; ++b)
-        (band_mean(b, [&](int lane) { return sample.radiance.c[lane]; }) * scale).store(band[b]);
+      for (int b = 0; b < kBands; ++b) (sample.radiance.c[b] * scale).store(band[b]);
       for (int i = 0; i < kWidth; ++i) {
         if ((shines.bits() >> i & 1) == 0) continue;
         visibility_.add(from[i], n, Vec{w[0][i], w[1][i], w[2][i]}, double{distance[i]});

@@ -49,15 +49,15 @@ void add_matter(const SceneTables& scene, const Points& points, int n, float sha
   const Surface surface =
       surface_at(scene.shapes, hit, points.load(points.origin), d, active, scene.any_tangents);
   Interaction at;
-  interact(scene, surface, wo, Float(0.5f), active, at);
+  interact(scene, surface, wo, Float(0.5f), Spectra(), active, at);
   const Spectrum reflectance = clamp(albedo_of(at, active), 0.0f, 1.0f);
   Spectrum emission(0.0f);
   if (const Mask lit = active & (surface.light >= 0); any(lit))
     emission = select(lit, emitted_radiance(scene.lights, surface.light, surface, wo, lit) * kPi, emission);
   for (int band = 0; band < kBands; ++band) {
     alignas(64) float own[kWidth], emitted[kWidth];
-    band_mean(band, [&](int lane) { return reflectance.c[lane]; }).store(own);
-    band_mean(band, [&](int lane) { return emission.c[lane]; }).store(emitted);
+    reflectance.c[band].store(own);
+    emission.c[band].store(emitted);
     for (int i = 0; i < n; ++i) {
       to[i]->reflectance.band[band] += share * own[i];
       to[i]->emission.band[band] += share * emitted[i];

@@ -50,7 +50,8 @@ void Radiosity::meet(int depth) {
       if (depth == 0) add_emission(e);
       if (none(e.met)) continue;
       const Vertex& v = e.vertex;
-      interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, e.on_surface, e.vertex.at);
+      interact(scene_, v.surface, v.wo, e.random(dimension::kRoulette).y, spectra_of(scene_, e.path),
+               e.on_surface, e.vertex.at);
       if (depth == 0) batch_.record_first_hit(v, e.hit, e.path.slot, e.met);
       Mask open = e.on_surface;
       if (!gather || depth > 0) open = and_not(open, add_patches(e, open, !gather || depth == kMostNear));
@@ -98,7 +99,7 @@ Mask Radiosity::add_patches(const Encounter& e, Mask wanted, bool seen_directly)
     for (int b = 0; b < kBands; ++b) band[b][i] = shown.irradiance.band[b];
   }
   const Mask lanes = Mask::from_bits(added);
-  const Spectrum irradiance = spectrum_of([&](int b) { return Float::load(band[b]); });
+  const Spectrum irradiance = color_of([&](int b) { return Float::load(band[b]); });
   batch_.add_radiance(e.path.beta * albedo_of(v.at, lanes) * irradiance * kInvPi, e.path.slot, lanes);
   return lanes;
 }

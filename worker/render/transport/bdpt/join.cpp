@@ -72,7 +72,8 @@ void Bidirectional::add_environment(const Event& e, Mask missed) {
   const Vec3 direction = e.path.direction;
   Spectrum sum(0.0f);
   for (const std::int32_t light : scene_.lights.infinite_lights) {
-    const Spectrum radiance = environment_radiance(scene_.lights, light, e.reference.p, direction, missed);
+    const Spectrum radiance =
+        environment_light(scene_, spectra_of(scene_, e.path), light, e.reference.p, direction, missed);
     const bool weighs = e.depth > 0 && filter_.all();
     const Spectrum weighed =
         radiance *
@@ -87,7 +88,7 @@ void Bidirectional::add_emission(const Event& e, Mask hit) {
   const Surface& surface = e.vertex.surface;
   const Mask lit = hit & (surface.light >= 0);
   if (none(lit) || !filter_.wants(0, e.depth + 2)) return;
-  const Spectrum unweighted = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit);
+  const Spectrum unweighted = emitted_light(scene_, spectra_of(scene_, e.path), surface, e.vertex.wo, lit);
   Spectrum radiance = unweighted;
   if (e.depth > 0 && filter_.all()) {
     radiance *=
@@ -110,7 +111,7 @@ void Bidirectional::add_to_layers_of_hits(const Event& e, Spectrum light, Spectr
 }
 
 EyeVertex Bidirectional::eye_vertex(const Event& e) const {
-  return {e.vertex, e.weights, e.path.beta, e.depth, lights_.merged_at(e.vertex)};
+  return {e.vertex, e.weights, e.path.beta, e.depth, lights_.merged_at(e.vertex), spectra_of(scene_, e.path)};
 }
 
 void Bidirectional::sample_one_light(const Event& e, Mask wanted) {

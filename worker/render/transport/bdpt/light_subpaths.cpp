@@ -129,7 +129,7 @@ void LightSubpaths::join_to_sensor(const LightVertex& here, int event, const Sam
     join.layers =
         layers_at_eye(scene_.layers, state, join.seen) & Int(layers_of_strategy(scene_.layers, event + 2, 1));
   }
-  joins_.add(here.vertex, join, key, join.seen);
+  joins_.add(here.vertex, join, key, Wavelengths(), join.seen);
 }
 
 void LightSubpaths::go_on(const LightVertex& here, const WidePath& path, const Sampler& numbers, int event,

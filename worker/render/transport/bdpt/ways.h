@@ -18,6 +18,7 @@ struct EyeVertex {
   Spectrum beta;
   int depth;     // events before
   Float merged;  // term of the sums from merging (LightSubpaths::merged_at)
+  [[no_unique_address]] Spectra spectra;
 };
 
 /// Light that arrives where nothing is in the way.
@@ -82,7 +83,9 @@ TESSERA_INLINE WayLight light_of(const SceneTables& scene, const EyeVertex& z, c
   way.w = light.wi;
   const BsdfEval bsdf = eval_scattering(scene, v, light.wi, reachable);
   const Float pdf = light.pdf * choice.pick.pmf;
-  way.unweighted = z.beta * bsdf.f_cos * light.radiance * (1.0f / select(reachable, pdf, 1.0f));
+  way.unweighted = z.beta * bsdf.f_cos *
+                   spectrum_of_light(scene, z.spectra, choice.pick.light, light.radiance, reachable) *
+                   (1.0f / select(reachable, pdf, 1.0f));
   way.shines = and_not(reachable, is_black(way.unweighted));
   if (none(way.shines)) return way;
 

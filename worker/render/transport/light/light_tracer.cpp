@@ -36,7 +36,7 @@ void LightTracer::join_to_sensor(const LightEvent& e, Mask hit, const FilmRect& 
                                         Mask::none(), {e.sampler, e.depth, true}, join.seen);
     join.layers = layers_at_eye(scene_.layers, state, join.seen);
   }
-  joins_.add(e.vertex, join, UInt(0), join.seen);
+  joins_.add(e.vertex, join, UInt(0), e.path.wavelengths, join.seen);
 }
 
 const ListedAlgorithm light{{"light", &make<LightTracer>}};

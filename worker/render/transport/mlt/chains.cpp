@@ -349,7 +349,7 @@ void Chains::splat(const Path& path, float weight) {
   const float scale = weight * scale_ / path.brightness;
   Splat splat{path.x, path.y, {}};
   for (int channel = 0; channel < kResponseChannels; ++channel)
-    splat.value[channel] = channel_of(channel, [&](int lane) { return path.light[lane] * scale; });
+    splat.value[channel] = Channels().of(channel, [&](int lane) { return path.light[lane] * scale; });
   splats_.push_back(splat);
 }
 

@@ -12,14 +12,16 @@ namespace tessera::render::TESSERA_ISA {
 struct PathMaker::Event : NumberedEncounter<PrimaryNumbers> {
   int packet;
   PartialWeights weights;  // before arrive_at() as the path left its last vertex
+  [[no_unique_address]] Spectra spectra;
 
   Event(const SceneTables& scene, const WidePath& paths, const Hit& hits, const PrimaryNumbers& coordinates,
         int event, Mask active, int packet_number, const PartialWeights& sums)
       : NumberedEncounter(scene, paths, hits, coordinates, event, active),
         packet(packet_number),
-        weights(sums) {}
+        weights(sums),
+        spectra(spectra_of(scene, paths)) {}
 
-  EyeVertex end() const { return {vertex, weights, path.beta, depth, Float(0.0f)}; }
+  EyeVertex end() const { return {vertex, weights, path.beta, depth, Float(0.0f), spectra}; }
 };
 
 void PathMaker::trace_eye(PathBatch& batch) {
@@ -124,7 +126,8 @@ void PathMaker::add_environment(PathBatch& batch, const Event& e, Mask missed) {
   Spectrum sum(0.0f);
   for (const std::int32_t number : scene_.lights.infinite_lights) {
     const Int light(number);
-    const Spectrum radiance = environment_radiance(scene_.lights, number, e.reference.p, direction, missed);
+    const Spectrum radiance =
+        environment_light(scene_, spectra_of(scene_, e.path), number, e.reference.p, direction, missed);
     sum += radiance * weight_of_hit(scene_, e.weights, e.reference, direction, light, missed);
   }
   add(batch, sum * e.path.beta * scale_of(batch, e.packet, true), e.packet, missed);
@@ -134,7 +137,7 @@ void PathMaker::add_emission(PathBatch& batch, const Event& e, Mask hit) {
   const Surface& surface = e.vertex.surface;
   const Mask lit = hit & (surface.light >= 0);
   if (none(lit)) return;
-  const Spectrum radiance = emitted_radiance(scene_.lights, surface.light, surface, e.vertex.wo, lit);
+  const Spectrum radiance = emitted_light(scene_, spectra_of(scene_, e.path), surface, e.vertex.wo, lit);
   const Float weight =
       weight_of_hit(scene_, e.weights, e.reference, e.path.direction, surface.light, surface.p, surface.ng,
                     dot(surface.ng, e.vertex.wo), length_squared(surface.p - e.reference.p), lit);

@@ -96,7 +96,7 @@ Vertex PathReuse::vertex_at(int event, const Packet& samples) const {
   v.time = hit.time;
   v.surface = surface_at(scene_.shapes, hit, origin, direction, samples.lanes, scene_.any_tangents);
   const Float mix = scene_.any_mix ? load(mix_[event]) : Float(0.0f);
-  interact(scene_, v.surface, v.wo, mix, samples.lanes, v.at);
+  interact(scene_, v.surface, v.wo, mix, batch_.spectra(samples.slot, samples.lanes), samples.lanes, v.at);
   return v;
 }
 
@@ -131,6 +131,7 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
         WideConnection ray = connect(scene_, v, to.w, fma(ng, gather(error_, partner, lanes), p), asked);
         ray.slot = Int::iota(place) + Int(member * kPadded);
         if (scene_.paths_pass) ray.key = Int(0), ray.contribution = Spectrum(1.0f);
+        if (scene_.volumetric) ray.wavelengths = batch_.spectra(slot, asked).wavelengths();
         if (queue.size + kWidth > kBatch) trace(queue);
         queue.size += append_at_end(scene_, ray, asked, queue, queue.size);
       }

@@ -159,7 +159,7 @@ void PathReuse::lit(const Encounter& e, SampledLight& light) {
   scatter_lanes(light.sample.wi, to_light_, slot, taken);
   scatter(light.pdf, light_pdf_, slot, taken);
   set_apart(slot, taken);
-  light.ray.contribution = select(taken, light.sample.radiance, light.ray.contribution);
+  light.ray.contribution = select(taken, light.radiance, light.ray.contribution);
 }
 
 /// Shared light is not the sample's own.

@@ -116,6 +116,7 @@ void Wavefront::scatter_path(const Encounter& e, int& kept) {
   next.origin = next.reference = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight;
+  next.wavelengths = e.path.wavelengths;
   next.pdf = select(bsdf.specular, Float(0.0f), bsdf.pdf);
   next.roulette_scale =
       select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);

@@ -61,7 +61,7 @@ struct NumberedEncounter {
   TESSERA_INLINE void find_scattering(const SceneTables& scene) {
     Vertex& v = vertex;
     if (scene.any_mix) roulette = random(dimension::kRoulette);
-    interact(scene, v.surface, v.wo, roulette.y, on_surface, v.at);
+    interact(scene, v.surface, v.wo, roulette.y, spectra_of(scene, path), on_surface, v.at);
     if (any(v.in_medium)) put_into_medium(fma(path.direction, hit.t, path.origin), v.in_medium, v);
     if (scene.any_opacity && !scene.paths_pass) {  // otherwise Transit has seen to it
       if (const Mask partly = partly_open(v, on_surface); any(partly))

@@ -5,7 +5,7 @@
 #include <type_traits>
 
 #include "render/accel/ray_query.h"
-#include "render/color/spectrum.h"
+#include "render/color/spectra.h"
 #include "render/core/vec.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -27,6 +27,7 @@ struct alignas(64) Vec3Lanes {
 struct alignas(64) SpectrumLanes {
   Lanes<float> c[kSpectrumLanes];
 };
+using WavelengthLanes = std::conditional_t<kSpectral, SpectrumLanes, Wavelengths>;
 
 /// How the fields of a path are held: 16 of each in registers, or a batch of each in memory.
 struct Wide16 {
@@ -34,12 +35,14 @@ struct Wide16 {
   using Integer = Int;
   using Vector = Vec3;
   using Colour = Spectrum;
+  using Wavelengths = TESSERA_ISA::Wavelengths;
 };
 struct InMemory {
   using Scalar = Lanes<float>;
   using Integer = Lanes<std::int32_t>;
   using Vector = Vec3Lanes;
   using Colour = SpectrumLanes;
+  using Wavelengths = WavelengthLanes;
 };
 
 /// Calls f(component of the first, of the second, ...) for each component of a field in all of these forms.
@@ -51,7 +54,7 @@ TESSERA_INLINE void for_each_component(F&& f, First&& first, Rest&&... rest) {
     f(first.z, rest.z...);
   } else if constexpr (requires { first.c; }) {
     for (int k = 0; k < kSpectrumLanes; ++k) f(first.c[k], rest.c[k]...);
-  } else {
+  } else if constexpr (!std::is_empty_v<std::remove_cvref_t<First>>) {
     f(first, rest...);
   }
 }

@@ -4,6 +4,7 @@
 #include "render/light/light_access.h"
 #include "render/light/selection/pick.h"
 #include "render/transport/vertex/layers.h"
+#include "render/transport/vertex/light_spectrum.h"
 #include "render/transport/vertex/partial_weights.h"
 #include "render/transport/vertex/power_heuristic.h"
 
@@ -65,12 +66,16 @@ void LayerObserver::look_for_shadow_of_sky(const Encounter& e, const Scattering&
       connect(scene_, v, bsdf.wi, fma(bsdf.wi, Float(kInfiniteDistance), v.surface.p), lanes);
   ray.slot = e.path.slot;
   // Apart from the numbers on the way to sampled lights.
-  if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(hash(batch_.key(ray.slot, lanes) ^ 0x536b7921u));
+  if (scene_.volumetric) {
+    ray.key = bit_cast<std::int32_t>(hash(batch_.key(ray.slot, lanes) ^ 0x536b7921u));
+    ray.wavelengths = e.path.wavelengths;
+  }
   for (const std::int32_t light : scene_.lights.infinite_lights) {
     const Float pdf = light_pdf(scene_.lights, Int(light), here, bsdf.wi, v.surface.p, bsdf.wi, lanes) *
                       pick_pmf(scene_.lights, Int(light), here, lanes);
-    ray.contribution = environment_radiance(scene_.lights, light, v.surface.p, bsdf.wi, lanes) *
-                       power_heuristic(bsdf.pdf, pdf) * s.next.beta;
+    ray.contribution =
+        environment_light(scene_, spectra_of(scene_, e.path), light, v.surface.p, bsdf.wi, lanes) *
+        power_heuristic(bsdf.pdf, pdf) * s.next.beta;
     ray.layers = shadows_at_light(scene_.layers, state, Int(light), lanes);
     shadows_->add(ray, lanes, batch_, e.depth);
   }

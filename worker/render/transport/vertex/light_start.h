@@ -5,6 +5,7 @@
 #include "render/light/emission.h"
 #include "render/sampling/discrete.h"
 #include "render/transport/vertex/dimensions.h"
+#include "render/transport/vertex/light_spectrum.h"
 #include "render/transport/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -41,7 +42,8 @@ TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers
   path = WidePath{};
   path.origin = start.ray.origin + start.ray.offset;
   path.direction = start.ray.direction;
-  path.beta = start.ray.flux * scale;
+  path.wavelengths = sample_wavelengths(scene.spectral, [&] { return numbers.get_2d(dimension::kTime).y; });
+  path.beta = spectrum_of_light(scene, spectra_of(scene, path), start.light, start.ray.flux, active) * scale;
   path.roulette_scale = 1.0f / max(path.beta.max_component(), 1e-30f);
   path.slot = slot;
   if (scene.any_motion) path.time = numbers.get_2d(dimension::kTime).x;
@@ -61,7 +63,8 @@ TESSERA_INLINE void meet_surface(const SceneTables& scene, const WidePath& path,
     v.in_medium = found.shape == kScatteredByMedium;
   }
   v.surface = surface_at(scene.shapes, found, path.origin, path.direction, hit, scene.any_tangents);
-  interact(scene, v.surface, v.wo, numbers.get_2d(first_pair + dimension::kLightRoulette).y, hit, v.at);
+  interact(scene, v.surface, v.wo, numbers.get_2d(first_pair + dimension::kLightRoulette).y,
+           spectra_of(scene, path), hit, v.at);
   if (any(v.in_medium)) put_into_medium(fma(path.direction, found.t, path.origin), v.in_medium, v);
   if (scene.any_opacity && !scene.volumetric) {
     if (const Mask partly = partly_open(v, hit); any(partly))

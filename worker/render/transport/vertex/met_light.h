@@ -3,6 +3,7 @@
 
 #include "render/light/area/interpolated_normal.h"
 #include "render/light/selection/pick.h"
+#include "render/transport/vertex/light_spectrum.h"
 #include "render/transport/vertex/path_observer.h"
 #include "render/transport/vertex/power_heuristic.h"
 
@@ -39,7 +40,7 @@ TESSERA_INLINE MetLight lamps_met(const SceneTables& scene, const Encounter& e, 
   MetLight light{.light = surface.light,
                  .at_infinity = false,
                  .lanes = lit,
-                 .radiance = emitted_radiance(scene.lights, surface.light, surface, e.vertex.wo, lit),
+                 .radiance = emitted_light(scene, spectra_of(scene, e.path), surface, e.vertex.wo, lit),
                  .weighed = weighed};
   weigh(scene, e, surface.p, surface.ng, light);
   return light;
@@ -48,12 +49,12 @@ TESSERA_INLINE MetLight lamps_met(const SceneTables& scene, const Encounter& e, 
 /// Light of an infinite light that comes to `e.missed`.
 TESSERA_INLINE MetLight sky_met(const SceneTables& scene, const Encounter& e, std::int32_t number,
                                 Mask weighed) {
-  MetLight light{
-      .light = Int(number),
-      .at_infinity = true,
-      .lanes = e.missed,
-      .radiance = environment_radiance(scene.lights, number, e.reference.p, e.path.direction, e.missed),
-      .weighed = weighed};
+  MetLight light{.light = Int(number),
+                 .at_infinity = true,
+                 .lanes = e.missed,
+                 .radiance = environment_light(scene, spectra_of(scene, e.path), number, e.reference.p,
+                                               e.path.direction, e.missed),
+                 .weighed = weighed};
   weigh(scene, e, e.reference.p, e.path.direction, light);
   return light;
 }
@@ -65,13 +66,16 @@ TESSERA_INLINE SampledLight light_sampled(const SceneTables& scene, const Sample
                                           const Encounter& e, Int light, const LightSample& sample, Float pdf,
                                           Float weight, Spectrum f_cos, Mask lanes) {
   const Vec3 end = fma(sample.wi, sample.distance, e.vertex.surface.p);
-  SampledLight result{.light = light,
-                      .sample = sample,
-                      .pdf = pdf,
-                      .weight = weight,
-                      .lanes = lanes,
-                      .ray = connect(scene, e.vertex, sample.wi, end, lanes)};
-  result.ray.contribution = e.path.beta * f_cos * sample.radiance * (weight / select(lanes, pdf, 1.0f));
+  SampledLight result{
+      .light = light,
+      .sample = sample,
+      .radiance = spectrum_of_light(scene, spectra_of(scene, e.path), light, sample.radiance, lanes),
+      .pdf = pdf,
+      .weight = weight,
+      .lanes = lanes,
+      .ray = connect(scene, e.vertex, sample.wi, end, lanes)};
+  result.ray.contribution = e.path.beta * f_cos * result.radiance * (weight / select(lanes, pdf, 1.0f));
+  if (scene.volumetric) result.ray.wavelengths = e.path.wavelengths;
   batch.name(result.ray, e.path.slot, lanes);
   return result;
 }

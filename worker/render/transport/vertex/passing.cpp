@@ -17,13 +17,13 @@ Float opacity_of(const SceneTables& scene, const MaterialRecord& material, const
 
 /// Light that the model of material `index` lets straight through.
 Passing passing_of(const SceneTables& scene, std::int32_t index, const Surface& surface, Float cosine,
-                   Mask lanes) {
+                   const Spectra& spectra, Mask lanes) {
   const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(index)];
   BsdfParams params;
-  load_constants(scene.materials, Int(index), &material, Int(material.flags), lanes, params);
+  load_constants(scene.materials, Int(index), &material, Int(material.flags), spectra, lanes, params);
   if (incomplete(params)) {
     complete_parameters(scene.materials, scene.textures, texture_point(surface), Int(index),
-                        Int(static_cast<std::int32_t>(material.kind)), lanes, params);
+                        Int(static_cast<std::int32_t>(material.kind)), spectra, lanes, params);
   }
   return bsdf_model(material.kind)->passing(params, cosine);
 }
@@ -64,7 +64,8 @@ Mask may_pass(const SceneTables& scene, Passenger who, Int shape, Mask active) {
   return dark & ((flags & passable) != 0);
 }
 
-Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surface, Vec3 d, Mask active) {
+Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surface, Vec3 d,
+                   const Spectra& spectra, Mask active) {
   Passing result{Float(0.0f), Spectrum(1.0f)};
   for_each_distinct(seen_material(scene, surface, d, active), active, [&](std::int32_t m, Mask lanes) {
     const MaterialRecord& material = scene.materials.materials[static_cast<std::size_t>(m)];
@@ -72,7 +73,7 @@ Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surfa
     if (!straight && !scene.paths_pass) return;
     const Float opacity = opacity_of(scene, material, surface, lanes);
     if (straight || (material.flags & kPassesStraight) != 0) {
-      const Passing model = passing_of(scene, m, surface, abs(dot(surface.ns, d)), lanes);
+      const Passing model = passing_of(scene, m, surface, abs(dot(surface.ns, d)), spectra, lanes);
       const Float through = model.probability, passes = 1.0f - opacity * (1.0f - through);
       // The open part of the surface has no tint.
       const Float tinted = opacity * through / max(passes, 1e-30f);

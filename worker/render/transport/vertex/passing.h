@@ -4,6 +4,7 @@
 #pragma once
 
 #include "render/bsdf/bsdf.h"
+#include "render/color/spectra.h"
 #include "render/integrator/scene_tables.h"
 #include "render/shape/surface.h"
 
@@ -16,7 +17,8 @@ Mask may_pass(const SceneTables& scene, Passenger who, Int shape, Mask active);
 
 /// Through a partly open surface or its model. `d` is the unit direction of travel. Zero probability where
 /// the material scatters everything.
-Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surface, Vec3 d, Mask active);
+Passing passing_at(const SceneTables& scene, Passenger who, const Surface& surface, Vec3 d,
+                   const Spectra& spectra, Mask active);
 
 /// Lanes whose material, seen along `d`, is clear glass.
 Mask clear_glass_at(const SceneTables& scene, const Surface& surface, Vec3 d, Mask active);

@@ -22,6 +22,7 @@ struct MetLight {
 struct SampledLight {
   Int light;  // index in the scene's table
   const LightSample& sample;
+  Spectrum radiance;   // the sample's, as the path carries it
   Float pdf;           // density of the light and the direction together
   Float weight;        // among other ways to find that light
   Mask lanes;          // lanes in which the light can be reached if nothing is between

@@ -15,6 +15,7 @@ template <class Form>
 struct alignas(64) PathFields {
   typename Form::Vector origin, direction;
   typename Form::Colour beta;  // throughput
+  [[no_unique_address]] typename Form::Wavelengths wavelengths;
   // Density of the BSDF sample that led here, by solid angle; 0, or less, after a delta lobe or the camera.
   typename Form::Scalar pdf;
   // Makes beta what Russian roulette goes by: undoes the 1/eta^2 of refraction, or, of paths from lights,
@@ -36,6 +37,7 @@ struct alignas(64) PathFields {
     f(paths.origin...);
     f(paths.direction...);
     f(paths.beta...);
+    if constexpr (kSpectral) f(paths.wavelengths...);
     f(paths.pdf...);
     f(paths.roulette_scale...);
     f(paths.slot...);
@@ -51,6 +53,11 @@ struct alignas(64) PathFields {
 using PathState = PathFields<InMemory>;
 using WidePath = PathFields<Wide16>;
 
+/// Colours of the scene as these paths see them.
+TESSERA_INLINE Spectra spectra_of(const SceneTables& scene, const WidePath& paths) {
+  return {scene.spectral, paths.wavelengths};
+}
+
 /// Hit::shape of a path that was scattered by its medium, at Hit::t.
 inline constexpr std::int32_t kScatteredByMedium = -2;
 
@@ -65,6 +72,7 @@ struct alignas(64) ConnectionFields {
   // Volumetric scenes only
   typename Form::Integer medium;  // around the origin
   typename Form::Integer key;     // key of its random numbers
+  [[no_unique_address]] typename Form::Wavelengths wavelengths;
   typename Form::Integer layers;  // bits of those that arriving light belongs to; where there are any
   // Where there are layers of unweighted light: what the contribution lacks to be it.
   typename Form::Scalar inverse_weight;
@@ -80,6 +88,7 @@ struct alignas(64) ConnectionFields {
     if (scene.volumetric) {
       f(connections.medium...);
       f(connections.key...);
+      if constexpr (kSpectral) f(connections.wavelengths...);
     }
     if (scene.layers.count > 0) f(connections.layers...);
     if (scene.layers.unweighted != 0) f(connections.inverse_weight...);

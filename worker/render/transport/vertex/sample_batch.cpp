@@ -104,11 +104,16 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
       weight = place.weight;
     }
     const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
+    const Wavelengths wavelengths =
+        sample_wavelengths(scene_.spectral, [&] {  // Neighbours share light of the same ones.
+          return of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
+        });
 
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
     const WidePath path{.origin = ray.origin,
                         .direction = ray.direction,
                         .beta = Spectrum(ray.weight),
+                        .wavelengths = wavelengths,
                         .pdf = Float(0.0f),
                         .roulette_scale = Float(1.0f),
                         .slot = Int::iota(slot),
@@ -122,6 +127,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     key.reversed_sample.store(keys_.reversed_sample + slot);
     weight.store(filter_weight_ + slot);
     store_lanes(Spectrum(0.0f), radiance_, slot);
+    store_lanes(wavelengths, wavelengths_, slot);
     Float(0.0f).store(coverage_ + slot);
     Float(0.0f).store(depth_ + slot);
     if (scene_.aovs.of_hits()) {
@@ -328,8 +334,9 @@ void SampleBatch::fill_layers(std::size_t stride) {
       }
       for (int i = 0; i < size_; i += kWidth) {
         // Light that is part of what is summable.
-        const Float light =
-            channel_of(channel, [&](int lane) { return Float::load(layers_[layer].c[lane] + i); });
+        const Float light = channels_of_light(scene_.spectral, wavelengths_at(i)).of(channel, [&](int lane) {
+          return Float::load(layers_[layer].c[lane] + i);
+        });
         (exposed(scene_.sensor.response, light) * Float::load(filter_weight_ + i)).store_unaligned(plane + i);
       }
     }
@@ -368,15 +375,18 @@ std::size_t SampleBatch::fill_planes() {
       to += stride;
     };
     const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
-    const auto put_channels = [&](const SpectrumLanes& lanes, auto&& put_one) {
+    const Wavelengths wavelengths = wavelengths_at(i);
+    const auto put_channels = [&](const SpectrumLanes& lanes, const Channels& channels, auto&& put_one) {
       for (int channel = 0; channel < kResponseChannels; ++channel)
-        put_one(channel_of(channel, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
+        put_one(channels.of(channel, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
     };
     const auto put_radiance = [&] {
-      put_channels(radiance_, [&](Float value) { put(exposed(scene_.sensor.response, value)); });
+      put_channels(radiance_, channels_of_light(scene_.spectral, wavelengths),
+                   [&](Float value) { put(exposed(scene_.sensor.response, value)); });
     };
     const auto put_features = [&] {
-      if (aovs.has(HitAov::kAlbedo)) put_channels(albedo_, put_summable);
+      if (aovs.has(HitAov::kAlbedo))
+        put_channels(albedo_, channels_of_matter(scene_.spectral, wavelengths), put_summable);
       if (aovs.has(HitAov::kNormal)) {
         for (const auto& component : {normal_.x, normal_.y, normal_.z})
           put_summable(Float::load(component + i));

@@ -76,6 +76,10 @@ class SampleBatch {
   Sampler sampler(Int slot, Mask active) const { return keys_.sampler(scene_.sampler.kind, slot, active); }
   /// A key that all samples have for themselves.
   UInt key(Int slot, Mask active) const { return keys_.key(slot, active); }
+  /// Colours of the scene as these samples see them.
+  Spectra spectra(Int slot, Mask active) const {
+    return {scene_.spectral, gather_lanes<Wavelengths>(wavelengths_, slot, active)};
+  }
   const SampleKeys& keys() const { return keys_; }
 
   /// The radiance of 16 samples from sample i on.
@@ -139,6 +143,11 @@ class SampleBatch {
   Mask bad_samples(int i) const;
   void drop_bad_samples();
   Float half_weight(int i) const;
+  Wavelengths wavelengths_at(int i) const {
+    Wavelengths result;
+    load_lanes(wavelengths_, i, result);
+    return result;
+  }
   std::size_t fill_planes();
   void fill_layers(std::size_t stride);
   bool is_touched(std::size_t layer) const { return (touched_ >> layer & 1) != 0; }
@@ -159,6 +168,7 @@ class SampleBatch {
   SampleKeys keys_;
   // One entry a sample
   SpectrumLanes radiance_;
+  [[no_unique_address]] WavelengthLanes wavelengths_;
   alignas(64) Lanes<float> filter_weight_, coverage_, depth_, shape_id_, instance_id_;
   alignas(64) Lanes<std::int32_t> visited_nodes_, visited_primitives_;
   SpectrumLanes albedo_;

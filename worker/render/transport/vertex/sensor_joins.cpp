@@ -1,5 +1,7 @@
 #include "render/transport/vertex/sensor_joins.h"
 
+#include <algorithm>
+
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sensor/respond.h"
@@ -47,14 +49,17 @@ WideConnection ray_of(const SceneTables& scene, const Vertex& v, const SensorJoi
   return ray;
 }
 
-void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, Mask shines) {
+void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, const Wavelengths& wavelengths,
+                      Mask shines) {
   WideConnection ray = ray_of(scene_, v, join, shines);
   ray.key = bit_cast<std::int32_t>(key);
   ray.layers = join.layers;
   ray.inverse_weight = join.inverse_weight;
+  ray.wavelengths = wavelengths;
   const int at = connections_.size;
   compress_store(join.eye.raster.x, shines, film_x_ + at);
   compress_store(join.eye.raster.y, shines, film_y_ + at);
+  if constexpr (kSpectral) append_lanes(wavelengths, shines, wavelengths_, at);
   connections_.size += append(scene_, ray, shines, connections_, at);
   for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;
 }
@@ -64,11 +69,14 @@ void SensorJoins::trace(Film& film) {
   splats_.clear();
   if (scene_.volumetric) {
     transit_.march(Passenger::kPath, connections_, hits_, 0, [&](const WideConnection& ray, Mask arrived) {
+      const Channels channels = channels_of_light(scene_.spectral, ray.wavelengths);
+      const Color light = color_of([&](int channel) {
+        return channels.of(channel, [&](int lane) { return ray.contribution.c[lane]; });
+      });
       for (std::uint32_t bits = arrived.bits(); bits != 0; bits &= bits - 1) {
         const int lane = __builtin_ctz(bits);
-        float light[kSpectrumLanes];
-        for (int c = 0; c < kSpectrumLanes; ++c) light[c] = ray.contribution.c[c].lane(lane);
-        splat(ray.slot.lane(lane), light, scene_.layers.count > 0 ? ray.layers.lane(lane) : 0,
+        splat(ray.slot.lane(lane), {light.c[0].lane(lane), light.c[1].lane(lane), light.c[2].lane(lane)},
+              scene_.layers.count > 0 ? ray.layers.lane(lane) : 0,
               scene_.layers.unweighted != 0 ? ray.inverse_weight.lane(lane) : 1);
       }
     });
@@ -77,23 +85,30 @@ void SensorJoins::trace(Film& film) {
     rays_.occluded(arrays_of(connections_.origin, connections_.direction, times), connections_.size,
                    connections_.distance);
     stats_.shadow_rays += static_cast<std::uint64_t>(connections_.size);
-    for (int i = 0; i < connections_.size; ++i) {
-      if (connections_.distance[i] < 0) continue;
-      float light[kSpectrumLanes];
-      for (int c = 0; c < kSpectrumLanes; ++c) light[c] = connections_.contribution.c[c][i];
-      splat(i, light, scene_.layers.count > 0 ? connections_.layers[i] : 0,
-            scene_.layers.unweighted != 0 ? connections_.inverse_weight[i] : 1);
+    for (int first = 0; first < connections_.size; first += kWidth) {
+      Wavelengths wavelengths;
+      load_lanes(wavelengths_, first, wavelengths);
+      const Channels channels = channels_of_light(scene_.spectral, wavelengths);
+      alignas(64) float light[kResponseChannels][kWidth];
+      for (int channel = 0; channel < kResponseChannels; ++channel) {
+        channels.of(channel, [&](int lane) { return Float::load(connections_.contribution.c[lane] + first); })
+            .store(light[channel]);
+      }
+      for (int i = first; i < std::min(first + kWidth, connections_.size); ++i) {
+        if (connections_.distance[i] < 0) continue;
+        splat(i, {light[0][i - first], light[1][i - first], light[2][i - first]},
+              scene_.layers.count > 0 ? connections_.layers[i] : 0,
+              scene_.layers.unweighted != 0 ? connections_.inverse_weight[i] : 1);
+      }
     }
     connections_.size = 0;
   }
   film.splat(splats_);
 }
 
-void SensorJoins::splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers,
+void SensorJoins::splat(int place, const std::array<float, kResponseChannels>& light, std::int32_t layers,
                         float inverse_weight) {
-  Splat splat{film_x_[place], film_y_[place], {}};
-  for (int channel = 0; channel < kResponseChannels; ++channel)
-    splat.value[channel] = channel_of(channel, [&](int lane) { return light[lane]; });
+  Splat splat{film_x_[place], film_y_[place], {light[0], light[1], light[2]}};
   splat.layers = static_cast<std::uint32_t>(layers & ~scene_.layers.unweighted);
   splats_.push_back(splat);
   const std::int32_t apart = layers & scene_.layers.unweighted;

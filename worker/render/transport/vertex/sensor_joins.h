@@ -1,9 +1,11 @@
 // Vertices of paths from lights joined to the camera: light that lands anywhere on the film.
 #pragma once
 
+#include <array>
 #include <vector>
 
 #include "render/integrator/integrator.h"
+#include "render/sensor/respond.h"
 #include "render/sensor/sensor.h"
 #include "render/transport/vertex/transit.h"
 #include "render/transport/vertex/vertex.h"
@@ -37,18 +39,20 @@ class SensorJoins {
 
   /// Adds joins, no more than a batch has paths before they are traced. `key` is that of random numbers on
   /// the way, in volumetric scenes.
-  void add(const Vertex& v, const SensorJoin& join, UInt key, Mask shines);
+  void add(const Vertex& v, const SensorJoin& join, UInt key, const Wavelengths& wavelengths, Mask shines);
   void trace(Film& film);
 
  private:
-  void splat(int place, const float (&light)[kSpectrumLanes], std::int32_t layers, float inverse_weight);
+  void splat(int place, const std::array<float, kResponseChannels>& light, std::int32_t layers,
+             float inverse_weight);
 
   const SceneTables& scene_;
   const RayQuery& rays_;
   RenderStats& stats_;
   ConnectionQueue connections_;               // its slots are places in the next arrays
   alignas(64) Lanes<float> film_x_, film_y_;  // where they land
-  Transit transit_;                           // volumetric scenes only, like the next
+  [[no_unique_address]] WavelengthLanes wavelengths_;
+  Transit transit_;  // volumetric scenes only, like the next
   HitState hits_;
   std::vector<Splat> splats_;
 };

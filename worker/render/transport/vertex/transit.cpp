@@ -54,6 +54,7 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
   if (scene_.any_motion) hit.time = gather(paths.time, path, active);
   Int medium = gather(paths.medium, path, active);
   Spectrum beta = gather_lanes<Spectrum>(paths.beta, path, active);
+  const Spectra spectra(scene_.spectral, gather_lanes<Wavelengths>(paths.wavelengths, path, active));
   NumberStream numbers =
       stream_of(flying.numbers.key(slot, active), dimension::Stream::kTransit, flying.event, round);
 
@@ -68,7 +69,8 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
       const SampleKeys& keys = flying.numbers.keys;
       u = keys.sampler(scene_.sampler.kind, slot, active).get_2d(flying.numbers.flight + flying.event);
     }
-    const Flight flight = sample_flight(scene_.media, {medium, o, d, distance}, beta, u, numbers, inside);
+    const Flight flight =
+        sample_flight(scene_.media, {medium, o, d, distance, spectra}, beta, u, numbers, inside);
     const Mask lit = and_not(inside, is_black(flight.emission));
     if (flying.emission && any(lit)) {
       flying.emission->add_radiance(beta * flight.emission, slot, lit);
@@ -91,7 +93,7 @@ Mask Transit::fly(const Flying& flying, Int path, int round, Mask active) {
   const Mask candidates = met & may_pass(scene_, Passenger::kPath, hit.shape, met);
   if (none(candidates)) return Mask::none();
   const Surface surface = surface_at(scene_.shapes, hit, o, d, candidates, false);
-  const Passing passing = passing_at(scene_, Passenger::kPath, surface, d, candidates);
+  const Passing passing = passing_at(scene_, Passenger::kPath, surface, d, spectra, candidates);
   const Mask passes = candidates & (numbers.next() < passing.probability);
   scatter_lanes(beta * passing.weight, paths.beta, path, passes);
   scatter_lanes(offset_origin(surface, d), paths.origin, path, passes);
@@ -131,11 +133,12 @@ Mask Transit::cross(Passenger who, WideConnection& ray, Hit hit, int event, int 
                     Mask& arrived) {
   if (scene_.any_motion) hit.time = ray.time;
   const Mask met = active & (hit.shape >= 0) & (hit.t < ray.distance);
+  const Spectra spectra(scene_.spectral, ray.wavelengths);
   const Mask inside = active & (ray.medium >= 0);
   if (any(inside)) {
     NumberStream numbers =
         stream_of(bit_cast<std::uint32_t>(ray.key), dimension::Stream::kShadow, event, round);
-    const MediumRays rays{ray.medium, ray.origin, ray.direction, select(met, hit.t, ray.distance)};
+    const MediumRays rays{ray.medium, ray.origin, ray.direction, select(met, hit.t, ray.distance), spectra};
     ray.contribution =
         select(inside, ray.contribution * sample_transmittance(scene_.media, rays, numbers, inside),
                ray.contribution);
@@ -144,7 +147,7 @@ Mask Transit::cross(Passenger who, WideConnection& ray, Hit hit, int event, int 
   const Mask candidates = and_not(met & may_pass(scene_, who, hit.shape, met), is_black(ray.contribution));
   if (none(candidates)) return candidates;
   const Surface surface = surface_at(scene_.shapes, hit, ray.origin, ray.direction, candidates, false);
-  const Passing passing = passing_at(scene_, who, surface, ray.direction, candidates);
+  const Passing passing = passing_at(scene_, who, surface, ray.direction, spectra, candidates);
   const Spectrum left = ray.contribution * passing.weight * passing.probability;
   ray.contribution = select(candidates, left, ray.contribution);
   const Mask passes = and_not(candidates, is_black(left));

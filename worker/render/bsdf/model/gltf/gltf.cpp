@@ -198,7 +198,7 @@ struct Turn {
  private:
   /// By the direction that a texture has.
   TESSERA_INLINE void turn_on(const BsdfParams& params) {
-    const Vec3 encoded = rgb_of(params.further_spectra[slot::kAnisotropyDirection]);
+    const Vec3 encoded = vec3_of(params.further_colors[slot::kAnisotropyDirection]);
     const Float x = 2.0f * encoded.x - 1.0f, y = 2.0f * encoded.y - 1.0f, l2 = fma(x, x, sqr(y));
     const Mask usable = params.with(kUsesFurther) & (l2 > 0.0f);
     const Float scale = 1.0f / sqrt(select(usable, l2, 1.0f));

@@ -1,6 +1,7 @@
 #include "render/bsdf/model/gltf/thin_film.h"
 
 #include "render/bsdf/tables/film_table.h"
+#include "render/core/constants.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -30,14 +31,19 @@ TESSERA_INLINE Transmitted transmitted(Float above, Float below) {
   return {(1.0f - sqr(above)) * (1.0f - sqr(below)) / max(1.0f - sqr(product), 1e-6f), -product};
 }
 
-/// The interference of paths that differ by `path_nm`, as each band sees it.
-TESSERA_INLINE Float4 interference(const float* table, Float path_nm, Mask active) {
+/// The interference of paths that differ by `path_nm`, as each lane sees it.
+TESSERA_INLINE Spectrum interference(const ThinFilm& film, Float path_nm, Mask active) {
+  Spectrum result;
+#ifdef TESSERA_SPECTRAL
+  for (int i = 0; i < kSpectrumLanes; ++i)
+    result.c[i] = select_or_zero(active, cos(path_nm * (2 * kPi) / film.wavelengths.c[i]));
+#else
   const Float position = min(path_nm * (1 / kFilmStepNm), kFilmEntries - 1.0f);
   const Float low = min(floor(position), kFilmEntries - 2.0f), t = position - low;
   const Int entry = to_int(low) * kFilmEntry;
-  const Float4 a = gather4(table, entry, active), b = gather4(table, entry + kFilmEntry, active);
-  Float4 result;
+  const Float4 a = gather4(film.table, entry, active), b = gather4(film.table, entry + kFilmEntry, active);
   for (int band = 0; band < kBands; ++band) result.c[band] = lerp(t, a.c[band], b.c[band]);
+#endif
   return result;
 }
 
@@ -58,7 +64,7 @@ Spectrum ThinFilm::reflectance(Float cosine, Spectrum f0, Mask active) const {
     s[lane] = transmitted(above.s, below.s), p[lane] = transmitted(above.p, below.p);
     let_through.c[lane] = 0.5f * (s[lane].mean + p[lane].mean);
   }
-  Float4 wave{{Float(0.0f), Float(0.0f), Float(0.0f), Float(0.0f)}};
+  Spectrum wave(0.0f);
   Mask going = active;
   for (int trips = 1; trips <= kMostRoundTrips; ++trips) {
     Float largest(0.0f);
@@ -71,10 +77,9 @@ Spectrum ThinFilm::reflectance(Float cosine, Spectrum f0, Mask active) const {
     // Each point for itself: what a film reflects does not depend on what else is looked at.
     going &= largest > kLeastAmplitude;
     if (trips == kMostRoundTrips || none(going)) break;
-    const Float4 next = interference(table, path * static_cast<float>(trips), going);
-    for (int band = 0; band < kBands; ++band) wave.c[band] = select(going, next.c[band], wave.c[band]);
+    wave = select(going, interference(*this, path * static_cast<float>(trips), going), wave);
     for (int lane = 0; lane < kSpectrumLanes; ++lane) {
-      const Float more = (s[lane].mean + p[lane].mean) * wave.c[band_of(lane)];
+      const Float more = (s[lane].mean + p[lane].mean) * wave.c[lane];
       let_through.c[lane] = let_through.c[lane] + select_or_zero(going, more);
     }
   }
@@ -82,7 +87,7 @@ Spectrum ThinFilm::reflectance(Float cosine, Spectrum f0, Mask active) const {
   // long, for which alone it counts.
   for (int lane = 0; lane < kSpectrumLanes; ++lane) {
     const Float rest = s[lane].mean / (1.0f - s[lane].trip) + p[lane].mean / (1.0f - p[lane].trip);
-    let_through.c[lane] = fma(rest, wave.c[band_of(lane)], let_through.c[lane]);
+    let_through.c[lane] = fma(rest, wave.c[lane], let_through.c[lane]);
   }
   return clamp(Spectrum(1.0f) - let_through, 0.0f, 1.0f);
 }

@@ -1,4 +1,4 @@
-// A thin film on a boundary, in RGB [Belcour & Barla 2017].
+// A thin film on a boundary [Belcour & Barla 2017].
 #pragma once
 
 #include "render/bsdf/bsdf.h"
@@ -9,6 +9,7 @@ struct ThinFilm {
   const float* table;  // bsdf/tables/film_table.h
   Float eta;           // index of the film, at least 1; that of the outside is 1
   Float thickness_nm;
+  [[no_unique_address]] Wavelengths wavelengths;
 
   /// Reflectance for unpolarised light from outside under `cosine` >= 0 with the normal, where what is below
   /// the film reflects `f0` of the light along the normal without it. 0 to 1.

@@ -1,0 +1,146 @@
+// Colours and curves as kernels for wavelengths see them, against the same on the host. Compiled with
+// TESSERA_SPECTRAL.
+#include "render/color/spectra.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <iterator>
+#include <numeric>
+#include <random>
+
+#include "render/scene/spectral/spectral_builder.h"
+#include "render/sensor/respond.h"
+#include "spectra/color/rgb_space.h"
+#include "spectra/color/tristimulus.h"
+#include "spectra/light/daylight.h"
+#include "spectra/upsampling/upsample.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+double sum_of(Float values) {
+  alignas(64) float lanes[kWidth];
+  values.store(lanes);
+  return std::accumulate(std::begin(lanes), std::end(lanes), 0.0);
+}
+
+class SpectraTest : public testing::Test {
+ protected:
+  /// The channels of light with this value at a wavelength: its mean over `count` paths, whose numbers are
+  /// evenly distributed.
+  template <class Light>
+  static std::array<double, 3> seen(const SpectralTables& tables, const std::vector<float>& response,
+                                    Light&& light, int count = 4096) {
+    std::array<double, 3> sum = {};
+    for (int first = 0; first < count; first += kWidth) {
+      const Wavelengths wavelengths = sample_wavelengths(
+          &tables, [&] { return (to_float(Int::iota(first)) + 0.5f) * (1.0f / static_cast<float>(count)); });
+      const Channels channels(tables, response, wavelengths);
+      const Spectrum value = light(Spectra(&tables, wavelengths));
+      for (int c = 0; c < 3; ++c)
+        sum[c] += sum_of(channels.of(c, [&](int lane) { return value.c[lane]; })) / count;
+    }
+    return sum;
+  }
+
+  SpectralTables tables_;
+  SpectralBuilder builder_{tables_};
+};
+
+TEST_F(SpectraTest, SigmoidsAreThoseOfTheHost) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<float> uniform(0, 1);
+  for (int i = 0; i < 4000; ++i) {
+    std::array<float, 3> color = {uniform(random), uniform(random), uniform(random)};
+    // Dark, saturated and bright ones as well.
+    if (i % 4 == 1) std::ranges::transform(color, color.begin(), [](float v) { return v * v * v * 1e-2f; });
+    if (i % 4 == 2) color[i % 3] = 0;
+    if (i % 4 == 3) std::ranges::transform(color, color.begin(), [](float v) { return 1 - v * v * 0.2f; });
+    const auto expected = spectra::upsample_reflectance({color[0], color[1], color[2]}).coefficients;
+    Wavelengths wavelengths;
+    for (int lane = 0; lane < kSpectrumLanes; ++lane)
+      wavelengths.c[lane] = Float(360 + 470 * uniform(random));
+    const Spectra spectra(&tables_, wavelengths);
+    const Spectrum actual = spectra.factor(
+        color_of([&](int c) { return Float(color[static_cast<std::size_t>(c)]); }), Mask::all());
+    for (int lane = 0; lane < kSpectrumLanes; ++lane) {
+      const float nm = wavelengths.c[lane].lane(0);
+      EXPECT_NEAR(actual.c[lane].lane(0), spectra::value(expected, nm), 2e-4)
+          << color[0] << " " << color[1] << " " << color[2] << " at " << nm;
+    }
+  }
+}
+
+TEST_F(SpectraTest, BlackIsBlack) {
+  const spectra::SigmoidCoefficients k = spectra::upsample_reflectance({0, 0, 0}).coefficients;
+  const Color coefficients = color_of([&](int c) { return Float(c == 0 ? k.c0 : c == 1 ? k.c1 : k.c2); });
+  const Wavelengths wavelengths = sample_wavelengths(&tables_, [] { return Float(0.6f); });
+  const Spectrum black = Spectra(&tables_, wavelengths).constant(coefficients, Int(-1), Mask::all());
+  EXPECT_TRUE(none(~is_black(black)));
+}
+
+TEST_F(SpectraTest, GreysAreTheSameAtAllWavelengths) {
+  for (const float grey : {0.0f, 1e-5f, 0.18f, 0.5f, 1.0f, 3.0f}) {
+    const Wavelengths wavelengths = sample_wavelengths(&tables_, [] { return Float(0.3f); });
+    const Spectrum actual = Spectra(&tables_, wavelengths).factor(Color(grey), Mask::all());
+    for (const Float& lane : actual.c) EXPECT_EQ(lane.lane(5), grey);
+  }
+}
+
+TEST_F(SpectraTest, DaylightIsWhite) {
+  const auto white = seen(tables_, tables_.response,
+                          [](const Spectra& s) { return s.light(Color(1.0f), Int(-1), Mask::all()); });
+  const auto matter = seen(tables_, tables_.daylight_response, [](const Spectra&) { return Spectrum(1.0f); });
+  for (int c = 0; c < 3; ++c) {
+    EXPECT_NEAR(white[c], 1, 2e-4);
+    EXPECT_NEAR(matter[c], 1, 2e-4);
+  }
+}
+
+TEST_F(SpectraTest, ColoursComeBack) {
+  for (const std::array<float, 3> rgb :
+       {std::array{0.63f, 0.065f, 0.05f}, std::array{0.14f, 0.45f, 0.091f}, std::array{0.02f, 0.1f, 0.7f},
+        std::array{0.9f, 0.8f, 0.3f}, std::array{4.0f, 1.5f, 0.5f}}) {
+    const Color color = color_of([&](int c) { return Float(rgb[static_cast<std::size_t>(c)]); });
+    const auto light = seen(tables_, tables_.response,
+                            [&](const Spectra& s) { return s.light(color, Int(-1), Mask::all()); });
+    const auto matter = seen(tables_, tables_.daylight_response,
+                             [&](const Spectra& s) { return s.factor(color, Mask::all()); });
+    for (int c = 0; c < 3; ++c) {
+      EXPECT_NEAR(light[c], rgb[c], 4e-3 * rgb[0] + 2e-3) << c;
+      EXPECT_NEAR(matter[c], rgb[c], 4e-3 * rgb[0] + 2e-3) << c;
+    }
+  }
+}
+
+TEST_F(SpectraTest, CurvesAreSeenAsTheObserverSeesThem) {
+  v1::Spectrum band;
+  for (const float nm : {400.0f, 540.0f, 545.0f, 560.0f, 561.0f, 700.0f}) {
+    band.mutable_sampled()->add_wavelengths_nm(nm);
+    band.mutable_sampled()->add_values(nm > 543 && nm < 560.5f ? 2.0f : 0.1f);
+  }
+  const SpectralEmission emission = builder_.emission_of(band);
+  ASSERT_GE(emission.curve, 0);
+  EXPECT_EQ(builder_.emission_of(band).curve, emission.curve);
+  const spectra::Curve curve{{400, 540, 545, 560, 561, 700}, {0.1f, 0.1f, 2, 2, 0.1f, 0.1f}};
+  const spectra::Triple expected = spectra::times(spectra::rgb_from_xyz(spectra::kRec709),
+                                                  spectra::tristimulus(curve, spectra::cie1931()));
+  const auto actual = seen(tables_, tables_.response, [&](const Spectra& s) {
+    return s.light(Color(emission.color.r), Int(emission.curve), Mask::all());
+  });
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual[c], expected[c], 3e-3) << c;
+}
+
+TEST_F(SpectraTest, WavelengthsOfAPathAreApart) {
+  const Wavelengths wavelengths = sample_wavelengths(&tables_, [] { return Float(0.01f); });
+  for (int i = 0; i < kSpectrumLanes; ++i) {
+    EXPECT_GE(wavelengths.c[i].lane(0), kFirstNm);
+    EXPECT_LE(wavelengths.c[i].lane(0), kLastNm);
+    for (int k = 0; k < i; ++k) EXPECT_GT(std::abs(wavelengths.c[i].lane(0) - wavelengths.c[k].lane(0)), 10);
+  }
+}
+
+}  // namespace
+}  // namespace tessera::render::TESSERA_ISA

@@ -1,0 +1,91 @@
+// How colours and curves of tables look to the light that a path carries.
+//
+// Kernels for RGB take colours as they are: all of this is then nothing. Kernels for wavelengths look each up
+// at the path's four wavelengths: reflectances as the sigmoids of quadratic polynomials that have their
+// colours [Jakob & Hanika 2019], measured spectra as they were measured.
+#pragma once
+
+#include "render/color/spectral_tables.h"
+#include "render/color/spectrum.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+#ifdef TESSERA_SPECTRAL
+
+/// One wavelength a lane of the path's Spectrum, in nanometres, from kFirstNm to kLastNm.
+struct Wavelengths {
+  Float c[kSpectrumLanes];
+};
+
+/// Wavelengths for a path, in proportion to what the sensor sees: that of u(), which is uniform in [0, 1),
+/// and others at even distances in quantiles [Wilkie et al. 2014].
+template <class Number>
+TESSERA_INLINE Wavelengths sample_wavelengths(const SpectralTables* tables, Number&& u) {
+  Wavelengths result;
+  const auto count = static_cast<std::int32_t>(tables->quantiles.size());
+  const float* const first = &tables->quantiles.data()->nm;
+  const Float number = u();
+  for (int i = 0; i < kSpectrumLanes; ++i) {
+    Float place = number + static_cast<float>(i) / kSpectrumLanes;
+    place = select(place >= 1.0f, place - 1.0f, place) * static_cast<float>(count);
+    const Int quantile = min(to_int(place), count - 1);
+    const Float nm = gather(first, quantile * 2, Mask::all()),
+                width = gather(first + 1, quantile * 2, Mask::all());
+    result.c[i] = fma(place - to_float(quantile), width, nm);
+  }
+  return result;
+}
+
+/// What light of one, in a lane of a path's Spectrum, adds to red, green and blue of a picture.
+struct LaneResponse {
+  Color lane[kSpectrumLanes];
+};
+/// By SpectralTables::response or daylight_response.
+LaneResponse lane_response(const SpectralTables& tables, const std::vector<float>& response,
+                           const Wavelengths& wavelengths);
+
+/// What the scene's colours and curves are at the wavelengths of 16 paths.
+class Spectra {
+ public:
+  /// The tables must outlive it.
+  TESSERA_INLINE Spectra(const SpectralTables* tables, const Wavelengths& wavelengths)
+      : tables_(tables), wavelengths_(wavelengths) {}
+
+  const Wavelengths& wavelengths() const { return wavelengths_; }
+
+  /// A constant of a table: the coefficients of a sigmoid where `curve` is negative, else the value of the
+  /// curve.
+  Spectrum constant(const Color& coefficients, Int curve, Mask active) const;
+  /// A factor of light that has this colour in daylight, of any size.
+  Spectrum factor(const Color& color, Mask active) const;
+  /// Light of this colour: the curve of its lamp, daylight where `curve` is negative, times the factor.
+  Spectrum light(const Color& color, Int curve, Mask active) const;
+
+ private:
+  const SpectralTables* tables_;
+  Wavelengths wavelengths_;
+};
+
+#else
+
+struct Wavelengths {};
+
+template <class Number>
+TESSERA_INLINE Wavelengths sample_wavelengths(const SpectralTables*, Number&&) {
+  return {};
+}
+
+class Spectra {
+ public:
+  Spectra() = default;
+  TESSERA_INLINE Spectra(const SpectralTables*, const Wavelengths&) {}
+
+  TESSERA_INLINE Wavelengths wavelengths() const { return {}; }
+  TESSERA_INLINE Spectrum constant(const Color& color, Int, Mask) const { return color; }
+  TESSERA_INLINE Spectrum factor(const Color& color, Mask) const { return color; }
+  TESSERA_INLINE Spectrum light(const Color& color, Int, Mask) const { return color; }
+};
+
+#endif
+
+}  // namespace tessera::render::TESSERA_ISA

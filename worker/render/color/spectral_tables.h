@@ -1,0 +1,44 @@
+// What kernels for wavelengths look up: filled by scene/, the same for every ISA.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+namespace tessera::render {
+
+/// Curves are sampled every nanometre from the first to the last, and linear in between.
+inline constexpr float kFirstNm = 360, kLastNm = 830;
+inline constexpr int kCurveSamples = 471;
+static_assert(kCurveSamples == int(kLastNm - kFirstNm) + 1);
+
+/// The wavelength that a quantile of the sampled ones begins at, and one over the density within the
+/// quantile.
+struct WavelengthQuantile {
+  float nm, width;
+};
+
+/// What sigmoids are functions of: the distance to the middle over the half width.
+inline constexpr float kSigmoidMiddleNm = 595, kSigmoidHalfWidthNm = 235;
+
+struct SpectralTables {
+  /// The table of spectra::SigmoidTable, four floats an entry (c0, c1, c2, 0), and what its entries stand
+  /// for: -1 / sqrt(largest component), and the ratios of the others to it.
+  std::vector<float> coefficients, levels, ratios;
+
+  /// One after the other, kCurveSamples values each. The first is daylight (D65), of which the colour of
+  /// light is a multiple where its own curve is not known.
+  std::vector<float> curves;
+  /// The number of each light's own curve, by which its colour is multiplied; -1: daylight. Empty where none
+  /// has any.
+  std::vector<std::int32_t> curve_of_light;
+
+  /// Wavelengths are sampled by the sum of the sensor's sensitivities: quantiles of equal probability.
+  std::vector<WavelengthQuantile> quantiles;
+  /// Three floats and a zero for each nanometre: what radiance at this wavelength, per nanometre, adds to
+  /// red, green and blue.
+  std::vector<float> response;
+  /// The same of reflectances, which daylight falls on: 1 at all wavelengths is (1, 1, 1).
+  std::vector<float> daylight_response;
+};
+
+}  // namespace tessera::render
