@@ -248,6 +248,26 @@ TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
   EXPECT_EQ(pictures.size(), 4u) << "the scene has no glass";
 }
 
+TEST(BitEquality, LightOfWavelengthsInProcessAndOnTwoWorkersWhateverTiles) {
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  for (const char* sharing : {"off", "4"}) {
+    const Arguments job{"scenes/metamers/scene.textproto",
+                        "--resolution",
+                        "72x36",
+                        "--spp",
+                        "16",
+                        "--path-sharing",
+                        sharing,
+                        "--quiet"};
+    const std::string expected = render_hash(job);
+    EXPECT_NE(render_hash(job + Arguments{"--color", "rgb"}), expected);
+    EXPECT_EQ(render_hash(job + Arguments{"--threads", "3", "--tile", "16"}), expected) << sharing;
+    EXPECT_EQ(submit_hash(farm, job + Arguments{"--tile", "24"}), expected) << sharing;
+  }
+}
+
 TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {
   const std::string sobol = render_hash(kCornellBox + Arguments{"--sampler", "sobol"});
   EXPECT_NE(render_hash(kCornellBox + Arguments{"--sampler", "sobol", "--seed", "1"}), sobol);

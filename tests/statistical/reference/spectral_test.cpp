@@ -1,0 +1,181 @@
+// Pictures whose paths carry light of wavelengths: grey scenes are as in RGB, colours that are seen once are,
+// what is measured is as quadrature over wavelengths has it, and light that starts at lamps agrees with light
+// that starts at the camera.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "spectra/color/rgb_space.h"
+#include "spectra/color/tristimulus.h"
+#include "spectra/light/daylight.h"
+#include "spectra/matter/metals.h"
+#include "spectra/observer/observer.h"
+#include "statistical/reference/lit_things.h"
+#include "statistical/reference/picture.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr const char* kSpectral = " color: COLOR_SPECTRAL ";
+
+Picture picture_of(const std::string& scene, const std::string& integrator, std::uint32_t depth,
+                   const std::string& settings, std::uint32_t seed = 0) {
+  PictureRequest request;
+  request.scene = scene;
+  request.integrator = integrator;
+  request.max_depth = depth;
+  request.settings = settings;
+  request.spp = samples_of_form(2048);
+  request.seed = seed;
+  request.blobs = light_blobs();
+  return measure_picture(request);
+}
+
+/// Fails unless the whole picture has this colour, within its noise and a part of it.
+void expect_color(const Picture& picture, const spectra::Triple& expected, double relative) {
+  ASSERT_FALSE(picture.values.empty());
+  for (int c = 0; c < 3; ++c) {
+    const double error = picture.whole(c).error, tolerance = relative * std::abs(expected[c]);
+    EXPECT_LT(error, 0.02 * std::abs(expected[c])) << "too noisy to tell anything, channel " << c;
+    EXPECT_NEAR(picture.whole(c).mean, expected[c], 5 * error + tolerance) << "channel " << c;
+  }
+}
+
+/// Linear Rec.709 of light that has this part of daylight at a wavelength.
+spectra::Triple in_daylight(const std::function<double(double)>& part) {
+  const spectra::Curve daylight = spectra::unit_d65();
+  spectra::Curve light;
+  for (int nm = 360; nm <= 830; ++nm) {
+    light.nm.push_back(static_cast<float>(nm));
+    light.values.push_back(static_cast<float>(part(nm) * daylight.at(nm)));
+  }
+  return spectra::times(spectra::rgb_from_xyz(spectra::kRec709),
+                        spectra::tristimulus(light, spectra::cie1931()));
+}
+
+std::string message_of(const spectra::Curve& curve) {
+  std::string text = "sampled { ";
+  for (std::size_t i = 0; i < curve.nm.size(); ++i)
+    absl::StrAppend(&text, "wavelengths_nm: ", curve.nm[i], " values: ", curve.values[i], " ");
+  return text + "}";
+}
+
+/// Things in shades of grey under a grey sky and a grey lamp.
+std::string grey_scene(const std::string& material) {
+  return absl::StrCat(R"( materials { name: 'm' )", material, R"( }
+    materials { name: 'floor' diffuse { reflectance { constant { constant: 0.5 } } } }
+    shapes { disk { radius: 3 } material: 'floor' }
+    shapes { sphere { radius: 0.6 } material: 'm'
+      world_from_object { elements: [1,0,0,-0.6, 0,1,0,0, 0,0,1,0.7, 0,0,0,1] } } )",
+                      kSky, kLamp, camera(kPerspective));
+}
+
+class GreyScenes : public testing::TestWithParam<const char*> {};
+
+TEST_P(GreyScenes, AreAsInRgb) {
+  for (const char* integrator : {"path", "volpath", "direct"}) {
+    SCOPED_TRACE(integrator);
+    const std::string scene = grey_scene(GetParam());
+    const Picture rgb = picture_of(scene, integrator, 4, ""),
+                  spectral = picture_of(scene, integrator, 4, kSpectral);
+    ASSERT_FALSE(rgb.values.empty() || spectral.values.empty());
+    expect_same(rgb, spectral);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Materials, GreyScenes,
+                         testing::Values("diffuse { reflectance { constant { constant: 0.7 } } }",
+                                         "conductor { eta { constant { constant: 0.3 } } "
+                                         "k { constant { constant: 3 } } "
+                                         "roughness { u { constant: 0.2 } v { constant: 0.2 } } }",
+                                         "dielectric { eta { constant: 1.5 } }",
+                                         "plastic { reflectance { constant { constant: 0.4 } } }"));
+
+TEST(Spectral, ColoursAreThoseOfRgbWhereTheyAreSeenOnce) {
+  const std::string scene = absl::StrCat(R"( materials { name: 'm' diffuse { reflectance { constant {
+      rgb { r: 0.7 g: 0.3 b: 0.1 } } } } } shapes { disk { radius: 30 } material: 'm' } )",
+                                         kSky, camera(kPerspective));
+  expect_color(picture_of(scene, "path", 1, kSpectral), {0.7, 0.3, 0.1}, 0.01);
+}
+
+TEST(Spectral, LightBetweenWallsIsThatOfEachWavelength) {
+  // Within a sphere that emits everywhere, light that was reflected n times is emission x reflectance^n.
+  const spectra::Curve wall{{360, 480, 520, 600, 640, 830}, {0.9f, 0.8f, 0.3f, 0.35f, 0.85f, 0.9f}};
+  const std::string scene =
+      absl::StrCat("materials { name: 'm' diffuse { reflectance { constant { ", message_of(wall),
+                   " } } } } shapes { sphere { radius: 5 } material: 'm' area_light { two_sided: true "
+                   "radiance { constant: 1 } } } camera { perspective { fov_degrees: 60 } }");
+  for (const std::uint32_t depth : {1u, 4u}) {
+    SCOPED_TRACE(depth);
+    const spectra::Triple expected = in_daylight([&](double nm) {
+      double sum = 0;
+      for (std::uint32_t n = 0; n <= depth; ++n) sum += std::pow(wall.at(nm), n);
+      return sum;
+    });
+    // Lights are not sampled: from its own inside, a sphere loses some of its light (RGB, too).
+    expect_color(picture_of(scene, "path", depth, absl::StrCat(kSpectral, "direct_light: DIRECT_LIGHT_BSDF")),
+                 expected, 5e-4);
+  }
+}
+
+TEST(Spectral, MetalsReflectAsTheirIndicesHaveIt) {
+  const auto gold = spectra::find_metal("Au");
+  ASSERT_TRUE(gold.has_value());
+  // Seen along its normal, under an even sky.
+  const std::string scene = absl::StrCat(
+      "materials { name: 'm' conductor { eta { constant { ", message_of(gold->eta), " } } k { constant { ",
+      message_of(gold->k), " } } } } shapes { disk { radius: 50 } material: 'm' } ", kSky,
+      " camera { orthographic { } world_from_camera { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,4, 0,0,0,1] } } ");
+  expect_color(picture_of(scene, "path", 1, kSpectral), in_daylight([&](double nm) {
+                 const double eta = gold->eta.at(nm), k = gold->k.at(nm);
+                 return ((eta - 1) * (eta - 1) + k * k) / ((eta + 1) * (eta + 1) + k * k);
+               }),
+               2e-3);
+}
+
+TEST(Spectral, LampsHaveTheirOwnCurves) {
+  // Equal energy is not white in Rec.709.
+  const spectra::Curve even{{300, 900}, {1, 1}};
+  const std::string scene =
+      absl::StrCat("shapes { sphere { radius: 5 } area_light { two_sided: true radiance { ", message_of(even),
+                   " } } } camera { perspective { fov_degrees: 60 } }");
+  expect_color(picture_of(scene, "path", 0, kSpectral), {1.2048, 0.9483, 0.9088}, 3e-3);
+}
+
+TEST(Spectral, LightFromLampsAgreesWithPathsFromTheCamera) {
+  const std::string scene =
+      absl::StrCat(things("diffuse { reflectance { constant { rgb { r: 0.7 g: 0.2 b: 0.1 } } } }"),
+                   lamp("disk { radius: 1 }", "two_sided: true", kAbove), camera(kPerspective));
+  const Picture path = picture_of(scene, "path", 3, kSpectral);
+  const Picture light = picture_of(scene, "light", 3, kSpectral);
+  ASSERT_FALSE(path.values.empty() || light.values.empty());
+  expect_same(path, light);
+}
+
+TEST(Spectral, FogOfOneGreyIsAsInRgb) {
+  const std::string scene = absl::StrCat(
+      "media { name: 'fog' extinction { constant { constant: 0.3 } } albedo { constant { constant: 0.7 } } "
+      "} ",
+      grey_scene("diffuse { reflectance { constant { constant: 0.7 } } }"));
+  const std::string in_fog = scene.substr(0, scene.rfind('}')) + " medium: 'fog' } ";
+  const Picture rgb = picture_of(in_fog, "volpath", 4, ""),
+                spectral = picture_of(in_fog, "volpath", 4, kSpectral);
+  ASSERT_FALSE(rgb.values.empty() || spectral.values.empty());
+  expect_same(rgb, spectral);
+}
+
+TEST(Spectral, NeighboursThatShareLightAgreeWithThoseThatDoNot) {
+  const std::string scene = things(kDiffuse) + kLamp + camera(kPerspective);
+  const Picture alone =
+                    picture_of(scene, "path", 4, absl::StrCat(kSpectral, "path_sharing: PATH_SHARING_OFF")),
+                shared =
+                    picture_of(scene, "path", 4, absl::StrCat(kSpectral, "path_sharing: PATH_SHARING_4"));
+  ASSERT_FALSE(alone.values.empty() || shared.values.empty());
+  expect_same(alone, shared);
+}
+
+}  // namespace
+}  // namespace tessera::test
