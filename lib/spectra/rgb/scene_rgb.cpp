@@ -117,7 +117,8 @@ std::vector<ReflectanceShare> reflectance_shares() {
     const double light = std::lerp(d65_at(row), d65_at(row + 1), t);
     const Triple rgb =
         rec709_from_xyz(std::lerp(a[0], b[0], t), std::lerp(a[1], b[1], t), std::lerp(a[2], b[2], t));
-    ReflectanceShare& share = shares.emplace_back(kCieFirstNm + kCieStepNm * i / kSteps);
+    ReflectanceShare& share = shares.emplace_back();
+    share.nm = kCieFirstNm + kCieStepNm * i / kSteps;
     for (std::size_t c = 0; c < 3; ++c) sums[c] += share.rgb[c] = rgb[c] * light;
   }
   for (ReflectanceShare& share : shares) {
