@@ -30,7 +30,7 @@ enum class HitAov : std::uint8_t {
 
 struct HitAovRow {
   HitAov aov;
-  const char* word;  // of v1::AOV
+  const char* word;  // the word of v1::AOV
   /// Names of channels; of a list of identifiers (kEntry) the name that its channels begin with.
   const char* channels[3];
   ChannelKind kind = ChannelKind::kSum;

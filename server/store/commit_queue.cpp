@@ -44,7 +44,7 @@ std::uint64_t CommitQueue::waiting_bytes() const {
 }
 
 void CommitQueue::run() {
-  absl::Status status;  // of all until now: what waits for a commit that failed has failed, too
+  absl::Status status;  // the first error until now: whatever waits for a commit that failed has failed, too
   while (true) {
     std::vector<Item> batch;
     {

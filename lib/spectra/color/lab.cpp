@@ -57,7 +57,7 @@ double delta_e2000(const Lab& first, const Lab& second) {
     if (std::abs(h1 - h2) > 180) h += h < 360 ? 360 : -360;
     h /= 2;
   }
-  // What the differences are worth there.
+  // Weights of the differences there.
   const double t = 1 - 0.17 * cos_degrees(h - 30) + 0.24 * cos_degrees(2 * h) +
                    0.32 * cos_degrees(3 * h + 6) - 0.20 * cos_degrees(4 * h - 63);
   const double off = (l - 50) * (l - 50);

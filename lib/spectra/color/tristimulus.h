@@ -1,4 +1,4 @@
-// What an observer or a camera sees of a spectrum.
+// The responses of an observer or a camera to a spectrum.
 #pragma once
 
 #include "spectra/curve.h"

@@ -21,7 +21,7 @@ inline constexpr std::array<double, kDaylightCount> kD65Power = {
     83.2886, 83.6992, 80.0268, 80.2146, 82.2778, 78.2842, 69.7213, 71.6091, 74.349,  61.604,  69.8856,
     75.087,  63.5927, 46.4182, 66.8054, 63.3828, 64.304,  59.4519, 51.959,  57.4406, 60.3125};
 
-/// What pbrt-v4 calls D50: from 570 nm on it has less than CIE illuminant D50, which is daylight() of 5003 K.
+/// The D50 of pbrt-v4: from 570 nm on it has less than CIE illuminant D50, which is daylight() of 5003 K.
 Curve pbrt_d50();
 /// kD65Power as a curve.
 Curve illuminant_d65();

@@ -21,10 +21,10 @@ class SigmoidTable {
   /// Trilinear between the fits; components are in [0, 1]. Greys are exactly constant.
   SigmoidCoefficients look_up(const Rgb& rgb) const;
 
-  /// By the largest component, its level, and the ratios of the next component and of the one after that, the
-  /// last the fastest; as many of each as the resolution, but for the components.
+  /// Ordered by the largest component, its level, and the ratios of the next component and of the one after
+  /// that, the last the fastest; as many of each as the resolution, but for the components.
   const std::vector<SigmoidCoefficients>& entries() const { return entries_; }
-  /// What levels are interpolated by, -1 / sqrt(largest component), and the ratios.
+  /// Levels as they are interpolated, -1 / sqrt(largest component), and the ratios.
   const std::vector<double>& along_levels() const { return along_levels_; }
   const std::vector<double>& ratios() const { return ratios_; }
 

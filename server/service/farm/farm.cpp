@@ -52,7 +52,7 @@ absl::StatusOr<std::unique_ptr<Farm>> Farm::open(Journal& journal, BlobStore& bl
 
 Farm::~Farm() {
   stop();
-  // What waits for the disk may still ask a part.
+  // Changes that wait for the disk may still ask a part.
   parts_->core.close();
 }
 

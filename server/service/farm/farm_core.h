@@ -1,6 +1,6 @@
-// What all parts of the farm lean on: one lock around the scheduler and the job table, and the journal behind
-// them. What a call changed is journaled before the call is answered; the lock is never held across disk
-// writes.
+// The core that all parts of the farm lean on: one lock around the scheduler and the job table, and the
+// journal behind them. What a call changed is journaled before the call is answered; the lock is never held
+// across disk writes.
 #pragma once
 
 #include <atomic>

@@ -1,4 +1,4 @@
-// What happens in a farm, for those who count it or write it down.
+// News of a farm, for those who count it or write it down.
 #pragma once
 
 #include <chrono>

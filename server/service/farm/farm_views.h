@@ -47,7 +47,7 @@ class FarmViews {
   v1::ListWorkersResponse list_workers() const;
   /// How often each worker is to be heard of, now.
   std::chrono::milliseconds heartbeat_interval() const;
-  /// What leases of the job are about: `most` of them at most.
+  /// Pixels that the job's leases are about: `most` of them at most.
   std::vector<PixelsInWork> in_work(const std::string& id, std::size_t most) const;
 
   /// Returns what a watcher that has results up to `after` gets next; no results when there are none yet. A

@@ -1,4 +1,4 @@
-// What clients do with jobs that are there.
+// Calls of clients about jobs that are there.
 #pragma once
 
 #include <string>

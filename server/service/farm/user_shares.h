@@ -1,4 +1,4 @@
-// What each user takes of the farm, and whether that is too much.
+// Shares that users take of the farm, and whether they are too large.
 #pragma once
 
 #include <cstdint>

@@ -21,7 +21,7 @@ using google::protobuf::util::TimeUtil;
 constexpr std::size_t kMaxNameBytes = WorkerRegistry::kMaxNameBytes;
 constexpr int kMaxIsas = 16;
 constexpr std::size_t kMaxIsaBytes = 32;
-constexpr std::size_t kMaxTagBytes = 1024;  // of all together
+constexpr std::size_t kMaxTagBytes = 1024;  // all tags together
 
 absl::Status check_registration(const v1::RegisterRequest& request) {
   if (request.protocol() != wire::kProtocolVersion) {

@@ -1,4 +1,4 @@
-// What a seed decides.
+// Decisions that follow from a seed.
 #pragma once
 
 #include <chrono>

@@ -115,7 +115,7 @@ void FarmWorld::draw_network() {
 
 void FarmWorld::draw_machines() {
   longest_unit_ = chance_.between(milliseconds{50}, seconds{6});
-  constexpr double kFailing[] = {0, 0, 0.03, 0.3};  // at the most, units are set aside
+  constexpr double kFailing[] = {0, 0, 0.03, 0.3};  // with the largest, units are set aside
   failing_ = kFailing[chance_.below(4)];
   unit_limit_ = chance_.of(0.5) ? seconds{20} : seconds{0};
   hanging_ = unit_limit_ > unit_limit_.zero() ? 0.02 : 0;

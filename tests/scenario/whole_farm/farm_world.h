@@ -25,7 +25,7 @@ namespace tessera::test {
 struct FarmWorldCounts {
   std::uint64_t turns = 0, results = 0, mishaps = 0, coordinator_deaths = 0, worker_deaths = 0, drained = 0,
                 failed_units = 0, cancelled = 0, reopened = 0, submitted_again = 0, caches = 0, phases = 0;
-  std::chrono::milliseconds time{0};  // by the world's clock
+  std::chrono::milliseconds time{0};  // the world's
 };
 
 class FarmWorld {
@@ -76,7 +76,7 @@ class FarmWorld {
   void kill(Machine& machine);
   /// It finishes what it has begun.
   void drain(Machine& machine);
-  /// What a unit takes, and whether it comes to an end.
+  /// Work of a unit: how long it takes, and whether it comes to an end.
   absl::Status work(const std::stop_token& stop);
   /// Whether something else succeeds.
   absl::Status try_luck();
@@ -94,7 +94,7 @@ class FarmWorld {
 
   bool all_over() const;
   void check_results(const Order& order);
-  /// What still is where nothing should be; empty where nothing is.
+  /// Leftovers where nothing should be; empty where nothing is.
   std::string leftovers();
 
   Sequencer clock_;

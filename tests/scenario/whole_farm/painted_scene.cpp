@@ -21,7 +21,7 @@ std::string digest_of(std::span<const std::string_view> blobs) {
   return sha.finish_hex();
 }
 
-/// What units that read nothing read.
+/// The input of units that read nothing.
 std::string read_by(const render::Prepared* prepared) {
   return prepared == nullptr ? "" : static_cast<const Read*>(prepared)->digest;
 }

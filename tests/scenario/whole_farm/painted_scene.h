@@ -18,7 +18,7 @@ class PaintedScene final : public render::RenderScene {
  public:
   /// Things that happen to whoever renders it; their errors are the unit's.
   struct Events {
-    std::function<absl::Status(std::stop_token stop)> work;  // on a unit
+    std::function<absl::Status(std::stop_token stop)> work;  // done for each unit
     std::function<absl::Status()> read;                      // blobs of phases
   };
 

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 struct Kind {
   const char* family;
   std::vector<std::string> identifiers;  // all that the kind is called in the sources
-  std::vector<std::string> files;        // that name it; those of a folder of its own are one: "folder/"
+  std::vector<std::string> files;        // all that name it; those of a folder of its own are one: "folder/"
 };
 
 /// Messages, lists, models, and readers of messages. Importers and the add-on for Blender translate other
@@ -128,7 +128,7 @@ TEST(PlacesOfKinds, AreThoseThatTheirFamiliesHave) {
         << kind.family << ": a kind is named in another set of files than it was";
 }
 
-/// What has a folder or a file for itself is taken from there: no build file lists it.
+/// A kind with a folder or a file for itself is taken from there: no build file lists it.
 TEST(PlacesOfKinds, ModelsAreInNoListOfFiles) {
   for (const char* const folder : {"bsdf", "light", "sensor", "shape", "textbook", "transport"}) {
     const std::string text = text_of(fs::path("worker/render") / folder / "CMakeLists.txt");

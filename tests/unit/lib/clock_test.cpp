@@ -48,7 +48,7 @@ TEST(MachineClock, ThreadsWakeEachOther) {
   EXPECT_EQ(count, kEnd);
 }
 
-/// What three threads that sleep do, in order.
+/// The course of three threads that sleep, in order.
 std::string course(std::uint64_t seed) {
   Sequencer clock(seed, hours{1}, "");
   std::string course;

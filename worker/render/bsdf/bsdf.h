@@ -27,14 +27,14 @@ struct BsdfParams {
   Spectrum spectra[kMaterialSpectra];
   Float scalars[kMaterialScalars];
 #ifdef TESSERA_SPECTRAL
-  Float luminance;  // of the colour that spectra[0] has in daylight
+  Float luminance;  // luminance of spectra[0] in daylight
   Wavelengths wavelengths;
 #endif
   Int coat_table;
   const float* coat_tables;  // MaterialTable::coat_tables.data()
   const float* film_table;   // MaterialTable::film_table.data()
   Int flags;                 // MaterialFlags
-  Int variants;              // of each lane's kind (kinds.h)
+  Int variants;              // bits of each lane's kind (kinds.h)
   // All that some lane has, of whatever kind: models look at their variants only where set.
   std::int32_t some_flags, some_variants;
   // With kUsesExtended

@@ -89,7 +89,7 @@ struct MaterialRecord {
   std::int32_t back = -1;                  // material, with kHasBack
   float bump_step = 0;                     // step in u and v over which the bump texture is differentiated
   std::int32_t upper_normal_texture = -1;  // normal map of the layer above the base, with kUsesFurther
-  std::int32_t variants = 0;               // of the kind (bsdf/kinds.h), with kUsesVariants
+  std::int32_t variants = 0;               // bits of the kind (bsdf/kinds.h), with kUsesVariants
   float luminance = 0;  // jobs of wavelengths only: of the colour of spectra[0] in daylight
   std::int32_t padding[3] = {};
 };

@@ -4,7 +4,7 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-/// As spectra::value(SigmoidCoefficients, nm), which cancels nowhere.
+/// The same as spectra::value(SigmoidCoefficients, nm), which cancels nowhere.
 TESSERA_INLINE Float sigmoid_at(const Color& k, Float nm) {
   const Float t = (nm - kSigmoidMiddleNm) * (1 / kSigmoidHalfWidthNm);
   // Beyond, floats have no difference to 0 and to 1 left; black is 0.
@@ -51,7 +51,7 @@ struct NodeCell {
   }
 };
 
-/// As spectra::SigmoidTable::look_up().
+/// The same as spectra::SigmoidTable::look_up().
 Color coefficients_of(const SpectralTables& tables, const Color& color, Mask active) {
   // Near white, the complement is looked up: the sigmoids of x and -x add up to 1.
   const Mask bright = min(min(color.c[0], color.c[1]), color.c[2]) > 0.5f;

@@ -36,15 +36,15 @@ TESSERA_INLINE Wavelengths sample_wavelengths(const SpectralTables* tables, Numb
   return result;
 }
 
-/// What light of one, in a lane of a path's Spectrum, adds to red, green and blue of a picture.
+/// Red, green and blue that light of one in a lane of a path's Spectrum adds to a picture.
 struct LaneResponse {
   Color lane[kSpectrumLanes];
 };
-/// By SpectralTables::response or daylight_response.
+/// Looks SpectralTables::response or daylight_response up.
 LaneResponse lane_response(const SpectralTables& tables, const std::vector<float>& response,
                            const Wavelengths& wavelengths);
 
-/// What the scene's colours and curves are at the wavelengths of 16 paths.
+/// The scene's colours and curves at the wavelengths of 16 paths.
 class Spectra {
  public:
   /// The tables must outlive it.

@@ -1,4 +1,4 @@
-// What kernels for wavelengths look up: filled by scene/, the same for every ISA.
+// Tables that kernels for wavelengths look up: filled by scene/, the same for every ISA.
 #pragma once
 
 #include <cstdint>
@@ -17,7 +17,7 @@ struct WavelengthQuantile {
   float nm, width;
 };
 
-/// What sigmoids are functions of: the distance to the middle over the half width.
+/// Sigmoids are functions of the distance to the middle over the half width.
 inline constexpr float kSigmoidMiddleNm = 595, kSigmoidHalfWidthNm = 235;
 
 struct SpectralTables {

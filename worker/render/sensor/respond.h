@@ -13,7 +13,7 @@ inline constexpr int kResponseChannels = kBands;
 class Channels {
  public:
 #ifdef TESSERA_SPECTRAL
-  /// By SpectralTables::response, or daylight_response for reflectances.
+  /// `response` is SpectralTables::response, or daylight_response for reflectances.
   TESSERA_INLINE Channels(const SpectralTables& tables, const std::vector<float>& response,
                           const Wavelengths& wavelengths)
       : response_(lane_response(tables, response, wavelengths)) {}

@@ -29,7 +29,7 @@ constexpr SensorKind with_lens(SensorKind kind) {
   return kind == SensorKind::kOrthographic ? SensorKind::kOrthographicLens : SensorKind::kThinLens;
 }
 
-/// What the places of a raster are.
+/// Meaning of the places of a raster.
 enum class RasterShape : std::int32_t {
   kPlane,     // points of the plane z = 1 of sensor space, seen from about its origin
   kParallel,  // points of the plane z = 0, from which rays leave along z

@@ -29,8 +29,8 @@ Triple summed(const Curve& reflectance, const Curve& light, const Observer& obse
 }
 
 TEST(Observer, EqualEnergyIsWhite) {
-  // By definition. The table of 2006 begins at 390 nm, where z is 0.018: half of a step of that is 4e-4 of
-  // all.
+  // This is so by definition. The table of 2006 begins at 390 nm, where z is 0.018: half of a step of that is
+  // 4e-4 of all.
   for (const Observer* observer : {&cie1931(), &cie2006()}) {
     const Triple xyz = tristimulus(kOne, *observer);
     EXPECT_NEAR(xyz[0], 1, 4e-4);

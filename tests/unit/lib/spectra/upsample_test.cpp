@@ -75,7 +75,7 @@ struct RoundTrips {
   }
 };
 
-// What is promised in upsample.h; 0.5 was asked for.
+// The promise of upsample.h; 0.5 was asked for.
 constexpr double kMostDifference = 0.35;
 
 TEST(Upsampling, ColoursComeBack) {
@@ -161,7 +161,7 @@ TEST(Upsampling, OutOfGamutSaysSo) {
 }
 
 TEST(Upsampling, ScenesSeeTheColourAgain) {
-  // By the sums at 5 nm that scenes are rendered with in RGB: steep sigmoids make a difference there.
+  // Summed at 5 nm that scenes are rendered with in RGB: steep sigmoids make a difference there.
   for (const Rgb& rgb :
        {Rgb{0.8f, 0.1f, 0.05f}, Rgb{0.2f, 0.3f, 0.7f}, Rgb{0.05f, 0.4f, 0.1f}, Rgb{0.9f, 0.85f, 0.2f}}) {
     const SigmoidCoefficients c = upsample_reflectance(rgb).coefficients;

@@ -11,7 +11,7 @@ namespace tessera::render {
 
 namespace {
 
-/// What is told of a tree, unless its folder has a figures_of() of its own.
+/// Figures of a tree, unless its folder has a figures_of() of its own.
 template <class Tree>
 StructureFigures figures_of(const Tree& tree) {
   return tree.figures;

@@ -16,7 +16,7 @@ const Environment& environment_of(const LightTable& table, std::int32_t light) {
 
 struct Texel {
   Color radiance;
-  Float density;  // of the distribution in this cell
+  Float density;  // the distribution's in this cell
 };
 
 Texel whole_texel(const Environment& e, Int x, Int y, Mask active) {

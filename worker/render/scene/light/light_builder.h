@@ -69,7 +69,7 @@ class LightBuilder {
 
   const LightInputs inputs_;
   LightTable& table_;
-  std::int32_t curve_ = -1;  // of the latest set_color()
+  std::int32_t curve_ = -1;  // the curve of the latest set_color()
   std::vector<std::int32_t> curves_;
 };
 

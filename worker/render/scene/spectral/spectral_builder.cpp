@@ -31,7 +31,7 @@ std::vector<float> sampled(const std::function<double(double)>& value) {
   return samples;
 }
 
-/// What radiance at a wavelength, per nanometre, adds to linear Rec.709: the CIE 1931 observer's, scaled so
+/// Radiance at a wavelength, per nanometre, as linear Rec.709: the CIE 1931 observer's response, scaled so
 /// that `daylight` is exactly white.
 std::vector<Triple> rec709_response(std::span<const float> daylight) {
   const spectra::Matrix3 rgb_from_xyz = spectra::rgb_from_xyz(spectra::kRec709);

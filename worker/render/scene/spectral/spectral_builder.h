@@ -1,4 +1,4 @@
-// What jobs need whose paths carry light of wavelengths: spectra where others have colours.
+// Spectra where others have colours, for jobs whose paths carry light of wavelengths.
 #pragma once
 
 #include <cstdint>
