@@ -40,7 +40,7 @@ base::Thread Sequencer::start(std::string name, std::function<void(std::stop_tok
   std::jthread thread{[this, &seat, body = std::move(run)](std::stop_token stop) mutable {
     seat.turn.acquire();
     own_seat_ = &seat;
-    // Whatever it holds goes while it is this thread's turn.
+    // The function and its captures are destroyed while it is this thread's turn.
     std::exchange(body, {})(std::move(stop));
     leave(seat);
   }};
