@@ -32,20 +32,26 @@ TESSERA_INLINE Float curve_at(const float* curves, Int curve, const CurvePlace& 
   return lerp(place.part, gather(curves, at, active), gather(curves + 1, at, active));
 }
 
+/// The cell that a number is in: the last of `cells` whose first node is not above it, or else the first.
+/// Nodes ascend, kStride floats apart.
+template <int kStride>
+TESSERA_INLINE Int cell_of(const float* nodes, std::int32_t cells, Float number, Mask active) {
+  Int low(0), high(cells);
+  for (std::int32_t width = cells; width > 1; width = (width + 1) / 2) {
+    const Int middle = shift_right<1>(low + high);
+    const Mask below = (gather(nodes, middle * kStride, active) <= number) & (middle > low);
+    low = select(below, middle, low), high = select(below, high, max(middle, low + 1));
+  }
+  return low;
+}
+
 /// Where numbers lie among ascending nodes: between two of them, or beyond the first or the last two.
 struct NodeCell {
   Int low;
   Float weight_of_high;
 
-  TESSERA_INLINE NodeCell(const std::vector<float>& nodes, Float number, Mask active) {
-    const auto count = static_cast<std::int32_t>(nodes.size());
-    low = Int(0);
-    Int high(count - 1);
-    for (std::int32_t width = count - 1; width > 1; width = (width + 1) / 2) {
-      const Int middle = shift_right<1>(low + high);
-      const Mask below = (gather(nodes.data(), middle, active) <= number) & (middle > low);
-      low = select(below, middle, low), high = select(below, high, max(middle, low + 1));
-    }
+  TESSERA_INLINE NodeCell(const std::vector<float>& nodes, Float number, Mask active)
+      : low(cell_of<1>(nodes.data(), static_cast<std::int32_t>(nodes.size()) - 1, number, active)) {
     const Float from = gather(nodes.data(), low, active), to = gather(nodes.data(), low + 1, active);
     weight_of_high = (number - from) / (to - from);
   }
@@ -90,14 +96,9 @@ LaneResponse lane_response(const SpectralTables& tables, const std::vector<float
   for (int i = 0; i < kSpectrumLanes; ++i) {
     const Float nm = wavelengths.c[i];
     // The width of its quantile is one over the density there, but for their number.
-    Int low(0), high(count);
-    for (std::int32_t step = count; step > 1; step = (step + 1) / 2) {
-      const Int middle = shift_right<1>(low + high);
-      const Mask below = gather(first, middle * 2, Mask::all()) <= nm;
-      low = select(below, middle, low), high = select(below, high, middle);
-    }
+    const Int quantile = cell_of<2>(first, count, nm, Mask::all());
     const Float weight =
-        gather(first + 1, low * 2, Mask::all()) * (static_cast<float>(count) / kSpectrumLanes);
+        gather(first + 1, quantile * 2, Mask::all()) * (static_cast<float>(count) / kSpectrumLanes);
     const CurvePlace place(nm);
     const Float4 here = gather4(response.data(), place.index * 4, Mask::all()),
                  next = gather4(response.data(), place.index * 4 + 4, Mask::all());

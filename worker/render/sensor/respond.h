@@ -12,6 +12,7 @@ inline constexpr int kResponseChannels = kBands;
 /// From the lanes of light to channels, before the exposure.
 class Channels {
  public:
+  Channels() = default;
 #ifdef TESSERA_SPECTRAL
   /// `response` is SpectralTables::response, or daylight_response for reflectances.
   TESSERA_INLINE Channels(const SpectralTables& tables, const std::vector<float>& response,

@@ -322,26 +322,31 @@ void SampleBatch::drop_bad_samples() {
   }
 }
 
-/// The last of the planes, which are filled plane by plane: many are empty, batch by batch. Leaves the layers
-/// black for the next batch, while they are in the cache.
-void SampleBatch::fill_layers(std::size_t stride) {
+/// Fills the part of the layers' planes, which are the last, that is of 16 samples from sample i on.
+void SampleBatch::put_layers(int i, const Channels& channels, std::size_t stride) {
   float* plane = planes_.data() + planes_.size() - kResponseChannels * layers_.size() * stride;
-  for (std::size_t layer = 0; layer < layers_.size(); ++layer) {
-    for (int channel = 0; channel < kResponseChannels; ++channel, plane += stride) {
-      if (!is_touched(layer)) {
-        std::fill_n(plane, stride, 0.0f);
-        continue;
-      }
-      for (int i = 0; i < size_; i += kWidth) {
-        // Light that is part of what is summable.
-        const Float light = channels_of_light(scene_.spectral, wavelengths_at(i)).of(channel, [&](int lane) {
-          return Float::load(layers_[layer].c[lane] + i);
-        });
-        (exposed(scene_.sensor.response, light) * Float::load(filter_weight_ + i)).store_unaligned(plane + i);
-      }
+  const Float weight = Float::load(filter_weight_ + i);
+  for (std::size_t layer = 0; layer < layers_.size(); ++layer, plane += kResponseChannels * stride) {
+    if (!is_touched(layer)) continue;
+    for (int channel = 0; channel < kResponseChannels; ++channel) {
+      // Light that is part of what is summable.
+      const Float light =
+          channels.of(channel, [&](int lane) { return Float::load(layers_[layer].c[lane] + i); });
+      (exposed(scene_.sensor.response, light) * weight)
+          .store_unaligned(plane + static_cast<std::size_t>(channel) * stride + i);
     }
+  }
+}
+
+/// Makes the planes of layers without light black, which many are, batch by batch. Leaves the layers black
+/// for the next batch, while they are in the cache.
+void SampleBatch::end_layers(std::size_t stride) {
+  float* plane = planes_.data() + planes_.size() - kResponseChannels * layers_.size() * stride;
+  for (std::size_t layer = 0; layer < layers_.size(); ++layer, plane += kResponseChannels * stride) {
     if (is_touched(layer)) {
       for (auto& lane : layers_[layer].c) std::fill_n(lane, stride, 0.0f);
+    } else {
+      std::fill_n(plane, kResponseChannels * stride, 0.0f);
     }
   }
   touched_ = 0;
@@ -376,17 +381,18 @@ std::size_t SampleBatch::fill_planes() {
     };
     const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
     const Wavelengths wavelengths = wavelengths_at(i);
-    const auto put_channels = [&](const SpectrumLanes& lanes, const Channels& channels, auto&& put_one) {
+    const Channels channels = channels_of_light(scene_.spectral, wavelengths);
+    Channels of_matter;
+    if (aovs.has(HitAov::kAlbedo)) of_matter = channels_of_matter(scene_.spectral, wavelengths);
+    const auto put_channels = [&](const SpectrumLanes& lanes, const Channels& seen, auto&& put_one) {
       for (int channel = 0; channel < kResponseChannels; ++channel)
-        put_one(channels.of(channel, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
+        put_one(seen.of(channel, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
     };
     const auto put_radiance = [&] {
-      put_channels(radiance_, channels_of_light(scene_.spectral, wavelengths),
-                   [&](Float value) { put(exposed(scene_.sensor.response, value)); });
+      put_channels(radiance_, channels, [&](Float value) { put(exposed(scene_.sensor.response, value)); });
     };
     const auto put_features = [&] {
-      if (aovs.has(HitAov::kAlbedo))
-        put_channels(albedo_, channels_of_matter(scene_.spectral, wavelengths), put_summable);
+      if (aovs.has(HitAov::kAlbedo)) put_channels(albedo_, of_matter, put_summable);
       if (aovs.has(HitAov::kNormal)) {
         for (const auto& component : {normal_.x, normal_.y, normal_.z})
           put_summable(Float::load(component + i));
@@ -394,6 +400,7 @@ std::size_t SampleBatch::fill_planes() {
       if (aovs.has(HitAov::kDepth)) put_summable(Float::load(depth_ + i));
     };
     put_radiance();
+    if (!layers_.empty()) put_layers(i, channels, stride);
     put(Float::load(coverage_ + i));
     put_features();
     if (aovs.has(HitAov::kId)) {
@@ -412,7 +419,7 @@ std::size_t SampleBatch::fill_planes() {
     put_radiance();
     put_features();
   }
-  fill_layers(stride);
+  end_layers(stride);
   return stride;
 }
 

@@ -11,6 +11,7 @@
 #include "render/film/pixel_filter.h"
 #include "render/integrator/integrator.h"
 #include "render/sampling/sampler.h"
+#include "render/sensor/respond.h"
 #include "render/transport/vertex/first_hits.h"
 #include "render/transport/vertex/layer_sums.h"
 #include "render/transport/vertex/path_state.h"
@@ -149,7 +150,8 @@ class SampleBatch {
     return result;
   }
   std::size_t fill_planes();
-  void fill_layers(std::size_t stride);
+  void put_layers(int i, const Channels& channels, std::size_t stride);
+  void end_layers(std::size_t stride);
   bool is_touched(std::size_t layer) const { return (touched_ >> layer & 1) != 0; }
   /// Calls f for those whose bits are set.
   template <class F>
