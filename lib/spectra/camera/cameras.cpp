@@ -97,4 +97,6 @@ std::optional<Observer> find_camera(std::string_view name) {
   return std::nullopt;
 }
 
+std::vector<std::string> camera_names() { return {"Nikon D5100"}; }
+
 }  // namespace tessera::spectra

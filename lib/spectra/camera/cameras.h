@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "spectra/observer/observer.h"
 
@@ -11,5 +13,8 @@ namespace tessera::spectra {
 /// R, G and B of "Nikon D5100", each with a greatest value of 1, as the National Physical Laboratory measured
 /// them [Darrodi et al. 2015].
 std::optional<Observer> find_camera(std::string_view name);
+
+/// The names that it knows.
+std::vector<std::string> camera_names();
 
 }  // namespace tessera::spectra

@@ -24,4 +24,7 @@ const Observer& cie1931();
 /// 170-2:2015].
 const Observer& cie2006();
 
+/// The same for 10 degrees.
+const Observer& cie2006_10();
+
 }  // namespace tessera::spectra

@@ -21,9 +21,9 @@ using Rooms = std::set<std::string>;
 /// A folder, and the rooms that its files may include from (besides the standard library and packages).
 const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
-      {"proto/wire", {"wire", "base", "layers", "tessera/v1"}},
+      {"proto/wire", {"wire", "base", "layers", "spectra", "tessera/v1"}},
       {"lib/tables", {"tables"}},
-      {"lib/spectra", {"spectra"}},
+      {"lib/spectra", {"spectra", "base"}},
       {"lib/base", {"base"}},
       {"lib/images", {"images"}},
       {"lib/layers", {"layers"}},
@@ -42,7 +42,7 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/agent",
        {"agent", "render", "render/scene", "base", "net", "options", "telemetry", "wire", "tessera/v1"}},
       {"client/farm", {"farm", "import", "base", "net", "wire", "tessera/v1"}},
-      {"client/image", {"image", "base", "wire"}},
+      {"client/image", {"image", "base", "spectra", "wire"}},
       {"client/import",
        {"import", "base", "expression", "images", "spectra", "tables", "wire", "tessera/v1"}},
       {"client/display", {"display", "base", "image", "wire"}},
@@ -54,7 +54,7 @@ const std::map<std::string, Rooms>& rules() {
       {"client/pilot", {"pilot", "bench", "image", "wire"}},
       {"client/command",
        {"command", "base", "bench", "denoise", "display", "expression", "farm", "image", "import", "layers",
-        "local", "mesh", "net", "options", "pilot", "plot", "wire", "tessera/v1"}},
+        "local", "mesh", "net", "options", "pilot", "plot", "spectra", "wire", "tessera/v1"}},
       {"client/local",
        {"local", "base", "farm", "import", "mesh", "net", "agent", "render/scene", "service", "store", "wire",
         "tessera/v1"}},
