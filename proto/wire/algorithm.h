@@ -58,6 +58,7 @@ struct AlgorithmTraits {
   const char* name;
   const char* summary = "";  // for people, in one line
   bool wavelengths = false;  // paths may carry light of wavelengths (RenderSettings.color)
+  bool bands = false;        // and give pictures bands of it (RenderSettings.film)
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
   bool media = false;           // sees participating media; where not, they are left out with a warning

@@ -4,6 +4,7 @@
 
 #include "wire/colour_channels.h"
 #include "wire/enum_words.h"
+#include "wire/film_sensor.h"
 
 namespace tessera::wire {
 namespace {
@@ -71,6 +72,9 @@ std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view) {
   std::vector<v1::AOV> aovs;
   for (const int aov : view.aovs()) aovs.push_back(static_cast<v1::AOV>(aov));
   std::vector<ChannelDesc> channels = channels_for_aovs(std::move(aovs));
+  const spectra::Bands bands = bands_of(view);
+  for (int band = 0; band < bands.count; ++band)
+    channels.push_back({.name = spectra::band_channel(bands.centre(band))});
   for (const v1::Layer& layer : view.layers()) {
     for (const std::string& name : colour_channels_of(layer.name())) channels.push_back({.name = name});
   }

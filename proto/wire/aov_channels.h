@@ -13,7 +13,8 @@ namespace tessera::wire {
 /// The channels of every result of a job with these AOVs, in order: R G B A, then what each AOV adds, by its
 /// number. In results and images, channels have names; in jobs, AOVs are numbers.
 std::vector<ChannelDesc> channels_for_aovs(std::vector<v1::AOV> aovs);
-/// The same, and behind them the channels of the layers: three each, in their order.
+/// The same, and behind them the film's bands, in the order of their wavelengths, and the channels of the
+/// layers: three each, in their order.
 std::vector<ChannelDesc> channels_of(const v1::JobSpec::View& view);
 
 /// The AOV's row in the list of those of first hits; null where it is another one.

@@ -12,6 +12,7 @@
 #include "wire/algorithm.h"
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
+#include "wire/film_sensor.h"
 #include "wire/limits.h"
 #include "wire/pixel_filter.h"
 #include "wire/scene_views.h"
@@ -78,6 +79,8 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   }
   if (!algorithm->wavelengths && asked.color() == v1::COLOR_SPECTRAL)
     return cannot("carries red, green and blue: color 'spectral' is for " + spectral_algorithms());
+  if (!algorithm->bands && bands_of(spec.view()).count > 0)
+    return cannot("gives pictures no bands: film '" + spec.view().film() + "' is not for it");
   if (!algorithm->straight_shadows && asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
     return cannot("does not let light pass glass unbent: glass_shadows 'straight' is not for it");
   if (!algorithm->first_hit_aovs) {
@@ -157,9 +160,10 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (auto s = check_values(spec.content().algorithms()); !s.ok()) return s;
   if (auto s = check_values(spec.view()); !s.ok()) return s;
   if (auto s = check_values(spec.samples()); !s.ok()) return s;
+  if (auto s = check_film_sensor(spec); !s.ok()) return s;
   if (auto s = layers::check_layers(layers_of(spec.view())); !s.ok()) return s;
   if (const std::size_t channels = channels_of(spec.view()).size(); channels > kMaxChannels) {
-    return absl::InvalidArgumentError(absl::StrCat("the AOVs and layers have ", channels,
+    return absl::InvalidArgumentError(absl::StrCat("the AOVs, bands and layers have ", channels,
                                                    " channels; a result has ", kMaxChannels, " at most"));
   }
   if (auto s = check_sampler(spec); !s.ok()) return s;

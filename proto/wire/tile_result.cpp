@@ -131,7 +131,7 @@ absl::StatusOr<std::size_t> decode_header(std::string_view bytes, TileResult& re
   if (result.x1 <= result.x0 || result.y1 <= result.y0) return unsound("its rectangle is empty");
   if (result.sample_end <= result.sample_begin) return unsound("its sample range is empty");
   if (fixed[6] == 0 || fixed[6] > kMaxChannels)
-    return unsound(absl::StrCat(fixed[6], " channels; 1 to 64 were expected"));
+    return unsound(absl::StrCat(fixed[6], " channels; 1 to ", kMaxChannels, " were expected"));
 
   std::size_t at = kFixedHeaderBytes;
   for (std::uint32_t c = 0; c < fixed[6]; ++c) {

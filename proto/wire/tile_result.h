@@ -78,7 +78,7 @@ std::string encode_tile_result(const TileResult& result, Packing packing = Packi
 void add_to_list(float* list, std::size_t stride, float identifier, float weight);
 
 /// Most channels of a result.
-inline constexpr std::size_t kMaxChannels = 128;
+inline constexpr std::size_t kMaxChannels = 640;
 
 /// InvalidArgument, with what is wrong, for bytes that are not a result; nothing larger than `max_pixels`
 /// pixels of `max_channels` channels is ever allocated, however much the bytes would inflate to.

@@ -268,6 +268,23 @@ TEST(BitEquality, LightOfWavelengthsInProcessAndOnTwoWorkersWhateverTiles) {
   }
 }
 
+TEST(BitEquality, BandsAndSensorsInProcessAndOnTwoWorkersWhateverTiles) {
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  const Arguments scene{"scenes/metamers/scene.textproto", "--resolution", "72x36", "--spp", "16", "--quiet"};
+  const std::string plain = render_hash(scene);
+  for (const char* integrator : {"path", "light"}) {
+    const Arguments job =
+        scene + Arguments{"--film",       "spectral:7:380-760", "--sensor", "nikon-d5100",
+                          "--integrator", integrator,           "--set",    "white-balance=F2"};
+    const std::string expected = render_hash(job);
+    EXPECT_NE(expected, plain);
+    EXPECT_EQ(render_hash(job + Arguments{"--threads", "3", "--tile", "16"}), expected) << integrator;
+    EXPECT_EQ(submit_hash(farm, job + Arguments{"--tile", "24"}), expected) << integrator;
+  }
+}
+
 TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {
   const std::string sobol = render_hash(kCornellBox + Arguments{"--sampler", "sobol"});
   EXPECT_NE(render_hash(kCornellBox + Arguments{"--sampler", "sobol", "--seed", "1"}), sobol);

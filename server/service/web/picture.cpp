@@ -72,8 +72,9 @@ std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channe
   for (std::size_t c = 0; c < channels.size(); ++c) {
     if (channels[c].kind == wire::ChannelKind::kSquaredDeviation) continue;
     const bool first = channels[c].kind == wire::ChannelKind::kFirst;
-    // Numbers that have no mean are looked at one at a time.
-    const std::string name = first ? channels[c].name : group_of(channels[c].name);
+    // Numbers that have no mean are looked at one at a time, and so are bands of radiance.
+    const bool alone = first || channels[c].name.starts_with("S0.");
+    const std::string name = alone ? channels[c].name : group_of(channels[c].name);
     if (layers.empty() || layers.back().name != name || layers.back().channels.size() == 3)
       layers.push_back({.name = name, .kind = first ? Kind::kFirst : Kind::kMean, .channels = {}});
     layers.back().channels.push_back(c);

@@ -21,9 +21,9 @@ constexpr std::uint32_t kSide = 32, kBlock = 8, kBlocks = kSide / kBlock, kBatch
 constexpr std::size_t kValues = 3 * (1 + kBlocks * kBlocks);
 constexpr double kStandardErrors = 6;
 
-/// Means of one batch, in the order of Picture::values.
+/// Means of one batch, in the order of Picture::values; behind them, those of all channels.
 std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samples) {
-  std::vector<double> means(kValues, 0);
+  std::vector<double> means(kValues + tile.channels.size(), 0);
   for (std::uint32_t c = 0; c < 3; ++c) {
     for (std::uint32_t y = 0; y < kSide; ++y) {
       for (std::uint32_t x = 0; x < kSide; ++x) {
@@ -34,8 +34,27 @@ std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samp
       }
     }
   }
+  for (std::size_t c = 0; c < tile.channels.size(); ++c) {
+    for (std::size_t i = 0; i < kSide * kSide; ++i)
+      means[kValues + c] += tile.values[c * kSide * kSide + i] / double{samples} / (kSide * kSide);
+  }
   return means;
 }
+
+/// Sums over batches, by value.
+struct BatchSums {
+  std::vector<double> sum, of_squares;
+
+  void add(const std::vector<double>& means) {
+    sum.resize(means.size()), of_squares.resize(means.size());
+    for (std::size_t v = 0; v < means.size(); ++v) sum[v] += means[v], of_squares[v] += means[v] * means[v];
+  }
+  Picture::Value value(std::size_t v) const {
+    const double mean = sum[v] / kBatches;
+    const double variance = std::max(0.0, of_squares[v] / kBatches - mean * mean);
+    return {mean, std::sqrt(variance / (kBatches - 1))};
+  }
+};
 
 }  // namespace
 
@@ -67,7 +86,7 @@ Picture measure_picture(const PictureRequest& request) {
   }
   const MadePhases phases = make_phases(*file);
 
-  std::vector<double> sum(kValues, 0), sum_of_squares(kValues, 0);
+  BatchSums sums;
   std::mutex mutex;
   std::atomic<std::uint32_t> next{0};
   const std::uint32_t samples = request.spp / kBatches;
@@ -80,11 +99,7 @@ Picture measure_picture(const PictureRequest& request) {
       EXPECT_TRUE(tile.ok()) << tile.status();
       EXPECT_EQ(stats.dropped_samples, 0u);
       if (!tile.ok()) continue;
-      const std::vector<double> means = batch_means(*tile, samples);
-      for (std::size_t v = 0; v < kValues; ++v) {
-        sum[v] += means[v];
-        sum_of_squares[v] += means[v] * means[v];
-      }
+      sums.add(batch_means(*tile, samples));
     }
   };
   {
@@ -93,11 +108,10 @@ Picture measure_picture(const PictureRequest& request) {
       workers.emplace_back(work);
   }
   Picture picture;
-  for (std::size_t v = 0; v < kValues; ++v) {
-    const double mean = sum[v] / kBatches;
-    const double variance = std::max(0.0, sum_of_squares[v] / kBatches - mean * mean);
-    EXPECT_TRUE(std::isfinite(mean));
-    picture.values.push_back({mean, std::sqrt(variance / (kBatches - 1))});
+  for (std::size_t v = 0; v < sums.sum.size(); ++v) {
+    const Picture::Value value = sums.value(v);
+    EXPECT_TRUE(std::isfinite(value.mean));
+    (v < kValues ? picture.values : picture.channels).push_back(value);
   }
   return picture;
 }

@@ -36,6 +36,8 @@ struct Picture {
     double mean = 0, error = 0;
   };
   std::vector<Value> values;  // the whole picture first
+  /// Means over the whole picture of all channels of results, bands among them, by wire::channels_of().
+  std::vector<Value> channels;
 
   const Value& whole(int channel) const { return values[static_cast<std::size_t>(channel)]; }
 };

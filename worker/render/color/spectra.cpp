@@ -6,7 +6,7 @@ namespace {
 
 /// The same as spectra::value(SigmoidCoefficients, nm), which cancels nowhere.
 TESSERA_INLINE Float sigmoid_at(const Color& k, Float nm) {
-  const Float t = (nm - kSigmoidMiddleNm) * (1 / kSigmoidHalfWidthNm);
+  const Float t = clamp((nm - kSigmoidMiddleNm) * (1 / kSigmoidHalfWidthNm), -1.0f, 1.0f);
   // Beyond, floats have no difference to 0 and to 1 left; black is 0.
   constexpr float kMost = 1e9f;
   const Float x = clamp(fma(fma(k.c[0], t, k.c[1]), t, k.c[2]), -kMost, kMost);
@@ -88,21 +88,23 @@ Color coefficients_of(const SpectralTables& tables, const Color& color, Mask act
 
 }  // namespace
 
-LaneResponse lane_response(const SpectralTables& tables, const std::vector<float>& response,
+LaneResponse lane_response(const SensitivityTable& sensor, const std::vector<float>& response,
                            const Wavelengths& wavelengths) {
   LaneResponse result;
-  const auto count = static_cast<std::int32_t>(tables.quantiles.size());
-  const float* const first = &tables.quantiles.data()->nm;
+  const auto count = static_cast<std::int32_t>(sensor.quantiles.size());
+  const float* const first = &sensor.quantiles.data()->nm;
   for (int i = 0; i < kSpectrumLanes; ++i) {
     const Float nm = wavelengths.c[i];
     // The width of its quantile is one over the density there, but for their number.
     const Int quantile = cell_of<2>(first, count, nm, Mask::all());
-    const Float weight =
+    result.weight[i] =
         gather(first + 1, quantile * 2, Mask::all()) * (static_cast<float>(count) / kSpectrumLanes);
+    const Mask seen = (nm >= sensor.from_nm) & (nm <= sensor.to_nm);
+    const Float weight = select_or_zero(seen, result.weight[i]);
     const CurvePlace place(nm);
     const Float4 here = gather4(response.data(), place.index * 4, Mask::all()),
                  next = gather4(response.data(), place.index * 4 + 4, Mask::all());
-    result.lane[i] =
+    result.color[i] =
         color_of([&](int band) { return lerp(place.part, here.c[band], next.c[band]) * weight; });
   }
   return result;

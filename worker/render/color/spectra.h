@@ -20,10 +20,10 @@ struct Wavelengths {
 /// Wavelengths for a path, in proportion to what the sensor sees: that of u(), which is uniform in [0, 1),
 /// and others at even distances in quantiles [Wilkie et al. 2014].
 template <class Number>
-TESSERA_INLINE Wavelengths sample_wavelengths(const SpectralTables* tables, Number&& u) {
+TESSERA_INLINE Wavelengths sample_wavelengths(const SensitivityTable& sensor, Number&& u) {
   Wavelengths result;
-  const auto count = static_cast<std::int32_t>(tables->quantiles.size());
-  const float* const first = &tables->quantiles.data()->nm;
+  const auto count = static_cast<std::int32_t>(sensor.quantiles.size());
+  const float* const first = &sensor.quantiles.data()->nm;
   const Float number = u();
   for (int i = 0; i < kSpectrumLanes; ++i) {
     Float place = number + static_cast<float>(i) / kSpectrumLanes;
@@ -36,12 +36,13 @@ TESSERA_INLINE Wavelengths sample_wavelengths(const SpectralTables* tables, Numb
   return result;
 }
 
-/// Red, green and blue that light of one in a lane of a path's Spectrum adds to a picture.
+/// What light of one in a lane of a path's Spectrum adds to a picture.
 struct LaneResponse {
-  Color lane[kSpectrumLanes];
+  Color color[kSpectrumLanes];   // red, green and blue
+  Float weight[kSpectrumLanes];  // radiance, over all wavelengths that are sampled
 };
-/// Looks SpectralTables::response or daylight_response up.
-LaneResponse lane_response(const SpectralTables& tables, const std::vector<float>& response,
+/// Looks SensitivityTable::light or matter up.
+LaneResponse lane_response(const SensitivityTable& sensor, const std::vector<float>& response,
                            const Wavelengths& wavelengths);
 
 /// The scene's colours and curves at the wavelengths of 16 paths.
@@ -71,7 +72,7 @@ class Spectra {
 struct Wavelengths {};
 
 template <class Number>
-TESSERA_INLINE Wavelengths sample_wavelengths(const SpectralTables*, Number&&) {
+TESSERA_INLINE Wavelengths sample_wavelengths(const SensitivityTable&, Number&&) {
   return {};
 }
 

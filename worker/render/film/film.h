@@ -25,6 +25,13 @@ struct Splat {
   bool in_picture = true;    // false: in its layers alone
 };
 
+/// Radiance of one band of the film's that lands there.
+struct BandSplat {
+  float x, y;
+  float value;
+  std::int32_t band;
+};
+
 class Film {
  public:
   virtual ~Film() = default;
@@ -39,6 +46,8 @@ class Film {
   /// Adds light to all pixels whose filters reach it. Only for algorithms that work in passes: each pass is
   /// one sample of every pixel.
   virtual void splat(std::span<const Splat> splats) = 0;
+  /// The same for films with bands.
+  virtual void splat_bands(std::span<const BandSplat>) {}
 };
 
 }  // namespace tessera::render

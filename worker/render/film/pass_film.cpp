@@ -27,7 +27,8 @@ std::size_t half_channel(const std::vector<wire::ChannelDesc>& channels) {
 
 }  // namespace
 
-PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers)
+PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers,
+                   std::size_t bands)
     : result_(result),
       filter_(filter),
       sums_(result),
@@ -36,6 +37,7 @@ PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, st
       sample_channels_(static_cast<std::size_t>(
           std::ranges::count_if(result.channels, &wire::is_sampled, &wire::ChannelDesc::kind))),
       first_layer_(sample_channels_ - 3 * layers),
+      first_band_(first_layer_ - bands),
       layer_channels_(3 * layers),
       half_(half_channel(result.channels)),
       next_pass_(result.sample_begin) {
@@ -93,8 +95,18 @@ void PassFilm::splat(std::span<const Splat> splats) {
   for (const Splat& splat : splats) add_splat(splat);
 }
 
-void PassFilm::add_splat(const Splat& splat) {
-  // The pixels of the rectangle whose filters reach the place; their centres are at one half.
+void PassFilm::splat_bands(std::span<const BandSplat> splats) {
+  for (const BandSplat& splat : splats) {
+    float* const plane =
+        pass_planes_.data() + (first_band_ + static_cast<std::size_t>(splat.band)) * all_.size();
+    for_each_reached(splat.x, splat.y,
+                     [&](std::size_t pixel, float weight) { plane[pixel] += splat.value * weight; });
+  }
+}
+
+template <class F>
+void PassFilm::for_each_reached(float x, float y, F&& f) const {
+  // Centres of pixels are at one half.
   const auto first = [](float place, float radius, std::uint32_t begin) {
     return std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(place - radius - 0.5f)), begin);
   };
@@ -102,29 +114,34 @@ void PassFilm::add_splat(const Splat& splat) {
     return std::min<std::int64_t>(static_cast<std::int64_t>(std::floor(place + radius - 0.5f)),
                                   std::int64_t{end} - 1);
   };
-  const std::int64_t first_x = first(splat.x, filter_.x.radius, result_.x0),
-                     last_x = last(splat.x, filter_.x.radius, result_.x1);
-  const std::int64_t first_y = first(splat.y, filter_.y.radius, result_.y0),
-                     last_y = last(splat.y, filter_.y.radius, result_.y1);
-  for (std::int64_t y = first_y; y <= last_y; ++y) {
-    const float wy = filter_value(filter_.kind, filter_.y, splat.y - static_cast<float>(y) - 0.5f);
-    for (std::int64_t x = first_x; x <= last_x; ++x) {
-      const float weight = wy * filter_value(filter_.kind, filter_.x, splat.x - static_cast<float>(x) - 0.5f);
-      const std::size_t pixel = pixel_at(static_cast<std::uint32_t>(x), static_cast<std::uint32_t>(y));
-      const float light[] = {splat.value[0] * weight, splat.value[1] * weight, splat.value[2] * weight};
-      if (splat.in_picture) {
-        for (std::size_t c = 0; c < 3; ++c) pass_planes_[c * all_.size() + pixel] += light[c];
-      }
-      if (splat.in_picture && half_ != 0 && wire::in_first_half(pass_)) {
-        for (std::size_t c = 0; c < 3; ++c) pass_planes_[(half_ + c) * all_.size() + pixel] += 2 * light[c];
-      }
-      float* const layers = layers_.data() + pixel * layer_channels_;
-      for (std::uint32_t left = splat.layers; left != 0; left &= left - 1) {
-        float* const layer = layers + 3 * std::countr_zero(left);
-        for (std::size_t c = 0; c < 3; ++c) layer[c] += light[c];
-      }
+  const std::int64_t first_x = first(x, filter_.x.radius, result_.x0),
+                     last_x = last(x, filter_.x.radius, result_.x1);
+  const std::int64_t first_y = first(y, filter_.y.radius, result_.y0),
+                     last_y = last(y, filter_.y.radius, result_.y1);
+  for (std::int64_t row = first_y; row <= last_y; ++row) {
+    const float wy = filter_value(filter_.kind, filter_.y, y - static_cast<float>(row) - 0.5f);
+    for (std::int64_t column = first_x; column <= last_x; ++column) {
+      const float weight = wy * filter_value(filter_.kind, filter_.x, x - static_cast<float>(column) - 0.5f);
+      f(pixel_at(static_cast<std::uint32_t>(column), static_cast<std::uint32_t>(row)), weight);
     }
   }
+}
+
+void PassFilm::add_splat(const Splat& splat) {
+  for_each_reached(splat.x, splat.y, [&](std::size_t pixel, float weight) {
+    const float light[] = {splat.value[0] * weight, splat.value[1] * weight, splat.value[2] * weight};
+    if (splat.in_picture) {
+      for (std::size_t c = 0; c < 3; ++c) pass_planes_[c * all_.size() + pixel] += light[c];
+    }
+    if (splat.in_picture && half_ != 0 && wire::in_first_half(pass_)) {
+      for (std::size_t c = 0; c < 3; ++c) pass_planes_[(half_ + c) * all_.size() + pixel] += 2 * light[c];
+    }
+    float* const layers = layers_.data() + pixel * layer_channels_;
+    for (std::uint32_t left = splat.layers; left != 0; left &= left - 1) {
+      float* const layer = layers + 3 * std::countr_zero(left);
+      for (std::size_t c = 0; c < 3; ++c) layer[c] += light[c];
+    }
+  });
 }
 
 }  // namespace tessera::render

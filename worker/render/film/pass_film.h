@@ -14,9 +14,10 @@ namespace tessera::render {
 
 class PassFilm final : public SampleSource, public Film {
  public:
-  /// `result` has its rectangle, sample range and channels set, the last of which are those of the layers,
-  /// three each; counts and values are filled in by the last end_pass().
-  PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers = 0);
+  /// `result` has its rectangle, sample range and channels set, the last of which are those of the bands, one
+  /// each, and of the layers, three each; counts and values are filled in by the last end_pass().
+  PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers = 0,
+           std::size_t bands = 0);
 
   /// Starts the next pass; false when there is none.
   bool begin_pass();
@@ -29,9 +30,13 @@ class PassFilm final : public SampleSource, public Film {
   FilmRect rect() const override;
   void add(std::span<const SampleName> names, const float* planes, std::size_t stride) override;
   void splat(std::span<const Splat> splats) override;
+  void splat_bands(std::span<const BandSplat> splats) override;
 
  private:
   std::size_t pixel_at(std::uint32_t x, std::uint32_t y) const;
+  /// Calls f(pixel, weight) for the pixels of the rectangle whose filters reach the place.
+  template <class F>
+  void for_each_reached(float x, float y, F&& f) const;
   void add_splat(const Splat& splat);
 
   const wire::TileResult& result_;
@@ -40,7 +45,7 @@ class PassFilm final : public SampleSource, public Film {
   const std::vector<std::uint32_t> pixel_order_;  // samples are asked for in this order
   std::vector<std::uint32_t> all_;                // pixels, rows from the top
   const std::size_t sample_channels_;
-  const std::size_t first_layer_;  // channel
+  const std::size_t first_layer_, first_band_;  // channels
   const std::size_t layer_channels_;
   const std::size_t half_;          // channel half.R, of samples in the first half; 0: not asked for
   std::vector<float> pass_planes_;  // channel c of pixel i at c * pixels + i

@@ -373,7 +373,8 @@ class BuiltScene final : public RenderScene {
     const auto integrator =
         algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, or_alone(prepared)});
     if (traits_.work == wire::WorkKind::kPasses) {
-      PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count));
+      PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count),
+                    static_cast<std::size_t>(tables_.sensor.response.sensitivity.bands));
       while (film.begin_pass()) {
         if (!integrator->render(film, film, stop)) return false;
         film.end_pass();

@@ -9,8 +9,10 @@
 #include <iterator>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 #include "render/scene/spectral/spectral_builder.h"
+#include "render/scene/view/sensitivity.h"
 #include "render/sensor/respond.h"
 #include "spectra/color/rgb_space.h"
 #include "spectra/color/tristimulus.h"
@@ -26,19 +28,28 @@ double sum_of(Float values) {
   return std::accumulate(std::begin(lanes), std::end(lanes), 0.0);
 }
 
+SensitivityTable sensitivity_of(const char* sensor, const char* film = "rgb") {
+  v1::JobSpec::View view;
+  view.set_sensor(sensor), view.set_film(film);
+  return *build_sensitivity(*wire::film_sensor_of(view), v1::Film());
+}
+
+/// Numbers of `count` paths from the first on, evenly distributed.
+Float numbers(int first, int count) {
+  return (to_float(Int::iota(first)) + 0.5f) * (1.0f / static_cast<float>(count));
+}
+
 class SpectraTest : public testing::Test {
  protected:
   /// The channels of light with this value at a wavelength: its mean over `count` paths, whose numbers are
   /// evenly distributed.
   template <class Light>
-  static std::array<double, 3> seen(const SpectralTables& tables, const std::vector<float>& response,
-                                    Light&& light, int count = 4096) {
+  std::array<double, 3> seen(const std::vector<float>& response, Light&& light, int count = 4096) const {
     std::array<double, 3> sum = {};
     for (int first = 0; first < count; first += kWidth) {
-      const Wavelengths wavelengths = sample_wavelengths(
-          &tables, [&] { return (to_float(Int::iota(first)) + 0.5f) * (1.0f / static_cast<float>(count)); });
-      const Channels channels(tables, response, wavelengths);
-      const Spectrum value = light(Spectra(&tables, wavelengths));
+      const Wavelengths wavelengths = sample_wavelengths(sensor_, [&] { return numbers(first, count); });
+      const Channels channels(sensor_, response, wavelengths);
+      const Spectrum value = light(Spectra(&tables_, wavelengths));
       for (int c = 0; c < 3; ++c)
         sum[c] += sum_of(channels.of(c, [&](int lane) { return value.c[lane]; })) / count;
     }
@@ -47,6 +58,7 @@ class SpectraTest : public testing::Test {
 
   SpectralTables tables_;
   SpectralBuilder builder_{tables_};
+  const SensitivityTable sensor_ = *build_sensitivity(*wire::film_sensor_of(v1::JobSpec::View()), v1::Film());
 };
 
 TEST_F(SpectraTest, SigmoidsAreThoseOfTheHost) {
@@ -76,23 +88,23 @@ TEST_F(SpectraTest, SigmoidsAreThoseOfTheHost) {
 TEST_F(SpectraTest, BlackIsBlack) {
   const spectra::SigmoidCoefficients k = spectra::upsample_reflectance({0, 0, 0}).coefficients;
   const Color coefficients = color_of([&](int c) { return Float(c == 0 ? k.c0 : c == 1 ? k.c1 : k.c2); });
-  const Wavelengths wavelengths = sample_wavelengths(&tables_, [] { return Float(0.6f); });
+  const Wavelengths wavelengths = sample_wavelengths(sensor_, [] { return Float(0.6f); });
   const Spectrum black = Spectra(&tables_, wavelengths).constant(coefficients, Int(-1), Mask::all());
   EXPECT_TRUE(none(~is_black(black)));
 }
 
 TEST_F(SpectraTest, GreysAreTheSameAtAllWavelengths) {
   for (const float grey : {0.0f, 1e-5f, 0.18f, 0.5f, 1.0f, 3.0f}) {
-    const Wavelengths wavelengths = sample_wavelengths(&tables_, [] { return Float(0.3f); });
+    const Wavelengths wavelengths = sample_wavelengths(sensor_, [] { return Float(0.3f); });
     const Spectrum actual = Spectra(&tables_, wavelengths).factor(Color(grey), Mask::all());
     for (const Float& lane : actual.c) EXPECT_EQ(lane.lane(5), grey);
   }
 }
 
 TEST_F(SpectraTest, DaylightIsWhite) {
-  const auto white = seen(tables_, tables_.response,
-                          [](const Spectra& s) { return s.light(Color(1.0f), Int(-1), Mask::all()); });
-  const auto matter = seen(tables_, tables_.daylight_response, [](const Spectra&) { return Spectrum(1.0f); });
+  const auto white =
+      seen(sensor_.light, [](const Spectra& s) { return s.light(Color(1.0f), Int(-1), Mask::all()); });
+  const auto matter = seen(sensor_.matter, [](const Spectra&) { return Spectrum(1.0f); });
   for (int c = 0; c < 3; ++c) {
     EXPECT_NEAR(white[c], 1, 2e-4);
     EXPECT_NEAR(matter[c], 1, 2e-4);
@@ -104,10 +116,9 @@ TEST_F(SpectraTest, ColoursComeBack) {
        {std::array{0.63f, 0.065f, 0.05f}, std::array{0.14f, 0.45f, 0.091f}, std::array{0.02f, 0.1f, 0.7f},
         std::array{0.9f, 0.8f, 0.3f}, std::array{4.0f, 1.5f, 0.5f}}) {
     const Color color = color_of([&](int c) { return Float(rgb[static_cast<std::size_t>(c)]); });
-    const auto light = seen(tables_, tables_.response,
-                            [&](const Spectra& s) { return s.light(color, Int(-1), Mask::all()); });
-    const auto matter = seen(tables_, tables_.daylight_response,
-                             [&](const Spectra& s) { return s.factor(color, Mask::all()); });
+    const auto light =
+        seen(sensor_.light, [&](const Spectra& s) { return s.light(color, Int(-1), Mask::all()); });
+    const auto matter = seen(sensor_.matter, [&](const Spectra& s) { return s.factor(color, Mask::all()); });
     for (int c = 0; c < 3; ++c) {
       EXPECT_NEAR(light[c], rgb[c], 4e-3 * rgb[0] + 2e-3) << c;
       EXPECT_NEAR(matter[c], rgb[c], 4e-3 * rgb[0] + 2e-3) << c;
@@ -127,17 +138,57 @@ TEST_F(SpectraTest, CurvesAreSeenAsTheObserverSeesThem) {
   const spectra::Curve curve{{400, 540, 545, 560, 561, 700}, {0.1f, 0.1f, 2, 2, 0.1f, 0.1f}};
   const spectra::Triple expected = spectra::times(spectra::rgb_from_xyz(spectra::kRec709),
                                                   spectra::tristimulus(curve, spectra::cie1931()));
-  const auto actual = seen(tables_, tables_.response, [&](const Spectra& s) {
+  const auto actual = seen(sensor_.light, [&](const Spectra& s) {
     return s.light(Color(emission.color.r), Int(emission.curve), Mask::all());
   });
   for (int c = 0; c < 3; ++c) EXPECT_NEAR(actual[c], expected[c], 3e-3) << c;
 }
 
+TEST_F(SpectraTest, ASensorSamplesWhatItSeesAndNothingElse) {
+  const SensitivityTable band = sensitivity_of("band:550.5-560"), camera = sensitivity_of("nikon-d5100");
+  for (int first = 0; first < 1024; first += kWidth) {
+    for (const auto& [sensor, from, to] :
+         {std::tuple{&band, 550.5f, 560.0f}, std::tuple{&camera, 380.0f, 780.0f}}) {
+      const Wavelengths wavelengths = sample_wavelengths(*sensor, [&] { return numbers(first, 1024); });
+      for (const Float& nm : wavelengths.c) EXPECT_TRUE(none(~((nm >= from) & (nm <= to))));
+    }
+  }
+  // All alike: each wavelength stands for a quarter of the band.
+  const Wavelengths wavelengths = sample_wavelengths(band, [] { return Float(0.7f); });
+  const LaneResponse response = lane_response(band, band.light, wavelengths);
+  for (const Float& weight : response.weight) EXPECT_NEAR(weight.lane(0), 9.5 / 4, 1e-3);
+}
+
+TEST_F(SpectraTest, BandsHoldTheLightOfTheirWavelengths) {
+  const SensitivityTable sensor = sensitivity_of("cie1931", "spectral:5:330-905");
+  const spectra::Bands bands = *spectra::parse_film("spectral:5:330-905");
+  constexpr int kCount = 1 << 14;
+  std::array<double, 5> sums = {};
+  for (int first = 0; first < kCount; first += kWidth) {
+    const Wavelengths wavelengths = sample_wavelengths(sensor, [&] { return numbers(first, kCount); });
+    const Channels channels(sensor, sensor.light, wavelengths);
+    const Spectrum light = Spectra(&tables_, wavelengths).light(Color(1.0f), Int(-1), Mask::all());
+    for (int lane = 0; lane < kSpectrumLanes; ++lane) {
+      const BandShare share = band_share(sensor, wavelengths, channels, lane);
+      for (int i = 0; i < kWidth; ++i) {
+        if (const int band = share.band.lane(i); band >= 0)
+          sums[static_cast<std::size_t>(band)] += (light.c[lane] * share.weight).lane(i) / kCount;
+      }
+    }
+  }
+  for (int band = 0; band < bands.count; ++band) {
+    double expected = 0;
+    for (int i = 0; i < 1000; ++i)
+      expected += spectra::unit_d65().at(bands.begin(band) + bands.width() * (i + 0.5) / 1000) / 1000;
+    EXPECT_NEAR(sums[static_cast<std::size_t>(band)], expected, 2e-3 * expected) << band;
+  }
+}
+
 TEST_F(SpectraTest, WavelengthsOfAPathAreApart) {
-  const Wavelengths wavelengths = sample_wavelengths(&tables_, [] { return Float(0.01f); });
+  const Wavelengths wavelengths = sample_wavelengths(sensor_, [] { return Float(0.01f); });
   for (int i = 0; i < kSpectrumLanes; ++i) {
-    EXPECT_GE(wavelengths.c[i].lane(0), kFirstNm);
-    EXPECT_LE(wavelengths.c[i].lane(0), kLastNm);
+    EXPECT_GE(wavelengths.c[i].lane(0), sensor_.from_nm);
+    EXPECT_LE(wavelengths.c[i].lane(0), sensor_.to_nm);
     for (int k = 0; k < i; ++k) EXPECT_GT(std::abs(wavelengths.c[i].lane(0) - wavelengths.c[k].lane(0)), 10);
   }
 }

@@ -43,8 +43,7 @@ TESSERA_MEMBERS(DensityGrid, size, channels, grid_from_render, samples)
 TESSERA_MEMBERS(MediumRecord, sigma_t, albedo, emission, g, scattering_is_sigma_s, emits, homogeneous,
                 bounds_from_render, cells, majorants)
 TESSERA_MEMBERS(MediumTable, media, grids)
-TESSERA_MEMBERS(SpectralTables, coefficients, levels, ratios, curves, curve_of_light, quantiles, response,
-                daylight_response)
+TESSERA_MEMBERS(SpectralTables, coefficients, levels, ratios, curves, curve_of_light)
 
 // Lights
 TESSERA_MEMBERS(AliasTable, threshold, alias, pmf)
@@ -57,6 +56,9 @@ TESSERA_MEMBERS(LightTable, lights, environments, infinite_lights, selection, tr
                 shapes, textures, any_textures, any_interpolated, scene_centre, scene_radius)
 
 // The view, and all of them
+TESSERA_MEMBERS(SensitivityTable, quantiles, light, matter, from_nm, to_nm, bands, first_band_nm,
+                bands_per_nm)
+TESSERA_MEMBERS(Response, exposure, sensitivity)
 TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, scale_x, scale_y, offset_x, offset_y,
                 lens_radius, focal_distance, near_clip, far_clip, width, height, medium, response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)

@@ -1,15 +1,12 @@
 #include "render/scene/spectral/spectral_builder.h"
 
 #include <algorithm>
-#include <span>
 #include <vector>
 
 #include "render/scene/values/spectra.h"
-#include "spectra/color/rgb_space.h"
 #include "spectra/curve.h"
 #include "spectra/light/daylight.h"
 #include "spectra/light/planck.h"
-#include "spectra/observer/observer.h"
 #include "spectra/rgb/scene_rgb.h"
 #include "spectra/upsampling/table.h"
 #include "spectra/upsampling/upsample.h"
@@ -18,7 +15,6 @@ namespace tessera::render {
 namespace {
 
 using spectra::Rgb;
-using spectra::Triple;
 
 static_assert(kSigmoidMiddleNm == spectra::kSigmoidMiddleNm &&
               kSigmoidHalfWidthNm == spectra::kSigmoidHalfWidthNm);
@@ -29,52 +25,6 @@ std::vector<float> sampled(const std::function<double(double)>& value) {
   std::vector<float> samples(kCurveSamples);
   for (int i = 0; i < kCurveSamples; ++i) samples[i] = static_cast<float>(value(nm_of(i)));
   return samples;
-}
-
-/// Radiance at a wavelength, per nanometre, as linear Rec.709: the CIE 1931 observer's response, scaled so
-/// that `daylight` is exactly white.
-std::vector<Triple> rec709_response(std::span<const float> daylight) {
-  const spectra::Matrix3 rgb_from_xyz = spectra::rgb_from_xyz(spectra::kRec709);
-  std::vector<Triple> response(kCurveSamples);
-  Triple white = {0, 0, 0};
-  for (int i = 0; i < kCurveSamples; ++i) {
-    response[i] = spectra::times(rgb_from_xyz, spectra::cie1931().at(nm_of(i)));
-    for (int c = 0; c < 3; ++c) white[c] += response[i][c] * daylight[i];
-  }
-  for (Triple& at : response) {
-    for (int c = 0; c < 3; ++c) at[c] /= white[c];
-  }
-  return response;
-}
-
-/// Quantiles of the wavelengths by what an observer sees of them, and of all of them by a little, so that no
-/// weight is without bound.
-std::vector<WavelengthQuantile> quantiles_of_sensitivity() {
-  constexpr int kQuantiles = 256;
-  constexpr double kEvenPart = 0.02;
-  std::vector<double> density(kCurveSamples);
-  double sum = 0;
-  for (int i = 0; i < kCurveSamples; ++i) {
-    const Triple seen = spectra::cie1931().at(nm_of(i));
-    density[i] = seen[0] + seen[1] + seen[2];
-    sum += density[i];
-  }
-  for (double& d : density) d = (1 - kEvenPart) * d / sum + kEvenPart / kCurveSamples;
-  std::vector<double> cumulative(kCurveSamples, 0);
-  for (int i = 1; i < kCurveSamples; ++i)
-    cumulative[i] = cumulative[i - 1] + (density[i - 1] + density[i]) / 2;
-  std::vector<double> bounds;
-  for (int k = 0; k <= kQuantiles; ++k) {
-    const double wanted = cumulative.back() * k / kQuantiles;
-    const auto above = std::lower_bound(cumulative.begin() + 1, cumulative.end() - 1, wanted);
-    const auto i = above - cumulative.begin();
-    bounds.push_back(nm_of(static_cast<int>(i) - 1) +
-                     (wanted - cumulative[i - 1]) / (*above - cumulative[i - 1]));
-  }
-  std::vector<WavelengthQuantile> quantiles;
-  for (int k = 0; k < kQuantiles; ++k)
-    quantiles.push_back({static_cast<float>(bounds[k]), static_cast<float>(bounds[k + 1] - bounds[k])});
-  return quantiles;
 }
 
 bool is_factor(const Rgb& c) { return std::min({c.r, c.g, c.b}) >= 0 && std::max({c.r, c.g, c.b}) <= 1; }
@@ -97,15 +47,6 @@ SpectralBuilder::SpectralBuilder(SpectralTables& tables) : tables_(tables) {
   tables.ratios.assign(sigmoids.ratios().begin(), sigmoids.ratios().end());
   const spectra::Curve daylight = spectra::unit_d65();
   add_curve([&](double nm) { return daylight.at(nm); });
-  const std::vector<Triple> response = rec709_response(tables.curves);
-  for (int i = 0; i < kCurveSamples; ++i) {
-    for (const double at : response[i]) {
-      tables.response.push_back(static_cast<float>(at));
-      tables.daylight_response.push_back(static_cast<float>(at * tables.curves[i]));
-    }
-    tables.response.push_back(0), tables.daylight_response.push_back(0);
-  }
-  tables.quantiles = quantiles_of_sensitivity();
 }
 
 std::int32_t SpectralBuilder::add_curve(const std::function<double(double)>& value) {

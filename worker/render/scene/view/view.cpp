@@ -4,7 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "render/scene/view/sensitivity.h"
 #include "render/sensor/footprint_record.h"
+#include "wire/film_sensor.h"
 #include "wire/pixel_filter.h"
 
 namespace tessera::render {
@@ -78,6 +80,11 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
   response.exposure = scene.film().has_exposure() ? scene.film().exposure() : 1.0f;
   if (!std::isfinite(response.exposure))
     check_film(absl::InvalidArgumentError("film: the exposure is not finite"));
+  if (settings.spectral) {
+    const auto asked = wire::film_sensor_of(job.view());
+    auto sensitivity = asked.ok() ? build_sensitivity(*asked, scene.film()) : asked.status();
+    if (check_film(sensitivity.status())) response.sensitivity = *std::move(sensitivity);
+  }
   tables.sampler = settings.sampler;
   tables.max_depth = settings.max_depth;
   tables.own = settings.own;

@@ -42,7 +42,8 @@ TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers
   path = WidePath{};
   path.origin = start.ray.origin + start.ray.offset;
   path.direction = start.ray.direction;
-  path.wavelengths = sample_wavelengths(scene.spectral, [&] { return numbers.get_2d(dimension::kTime).y; });
+  path.wavelengths = sample_wavelengths(scene.sensor.response.sensitivity,
+                                        [&] { return numbers.get_2d(dimension::kTime).y; });
   path.beta = spectrum_of_light(scene, spectra_of(scene, path), start.light, start.ray.flux, active) * scale;
   path.roulette_scale = 1.0f / max(path.beta.max_component(), 1e-30f);
   path.slot = slot;

@@ -104,8 +104,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
       weight = place.weight;
     }
     const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
-    const Wavelengths wavelengths =
-        sample_wavelengths(scene_.spectral, [&] {  // Neighbours share light of the same ones.
+    const Wavelengths wavelengths = sample_wavelengths(
+        scene_.sensor.response.sensitivity, [&] {  // Neighbours share light of the same ones.
           return of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
         });
 
@@ -322,6 +322,32 @@ void SampleBatch::drop_bad_samples() {
   }
 }
 
+/// Adds the light of 16 samples from sample i on to the planes of the bands, which lie before those of the
+/// layers.
+void SampleBatch::put_bands(int i, const Wavelengths& wavelengths, const Channels& channels,
+                            std::size_t stride) {
+#ifdef TESSERA_SPECTRAL
+  const Response& response = scene_.sensor.response;
+  const auto bands = static_cast<std::size_t>(response.sensitivity.bands);
+  float* const planes =
+      planes_.data() + planes_.size() - (kResponseChannels * layers_.size() + bands) * stride;
+  const Float filter = Float::load(filter_weight_ + i);
+  for (int lane = 0; lane < kSpectrumLanes; ++lane) {
+    const BandShare share = band_share(response.sensitivity, wavelengths, channels, lane);
+    alignas(64) std::int32_t band[kWidth];
+    alignas(64) float light[kWidth];
+    share.band.store(band);
+    (exposed(response, Float::load(radiance_.c[lane] + i) * share.weight) * filter).store(light);
+    for (int k = 0; k < kWidth; ++k) {
+      if (band[k] >= 0)
+        planes[static_cast<std::size_t>(band[k]) * stride + static_cast<std::size_t>(i + k)] += light[k];
+    }
+  }
+#else
+  (void)i, (void)wavelengths, (void)channels, (void)stride;
+#endif
+}
+
 /// Fills the part of the layers' planes, which are the last, that is of 16 samples from sample i on.
 void SampleBatch::put_layers(int i, const Channels& channels, std::size_t stride) {
   float* plane = planes_.data() + planes_.size() - kResponseChannels * layers_.size() * stride;
@@ -368,10 +394,15 @@ std::size_t SampleBatch::fill_planes() {
   const AovRequest& aovs = scene_.aovs;
   const std::size_t features = (aovs.has(HitAov::kAlbedo) ? 3 : 0) + (aovs.has(HitAov::kNormal) ? 3 : 0) +
                                (aovs.has(HitAov::kDepth) ? 1 : 0);
+  const auto bands = static_cast<std::size_t>(scene_.sensor.response.sensitivity.bands);
   planes_.resize((kResponseChannels + 1 + features + (aovs.has(HitAov::kId) ? 2 : 0) +
                   (aovs.has(HitAov::kVisits) ? 2 : 0) + (first_hits_ ? first_hits_->planes() : 0) +
-                  (aovs.halves ? kResponseChannels + features : 0) + kResponseChannels * layers_.size()) *
+                  (aovs.halves ? kResponseChannels + features : 0) + bands +
+                  kResponseChannels * layers_.size()) *
                  stride);
+  std::fill_n(
+      planes_.end() - static_cast<std::ptrdiff_t>((kResponseChannels * layers_.size() + bands) * stride),
+      bands * stride, 0.0f);
   for (int i = 0; i < size_; i += kWidth) {
     Float weight = Float::load(filter_weight_ + i);
     float* to = planes_.data() + i;
@@ -381,9 +412,9 @@ std::size_t SampleBatch::fill_planes() {
     };
     const auto put_summable = [&](Float value) { put(select_or_zero(is_summable(value), value)); };
     const Wavelengths wavelengths = wavelengths_at(i);
-    const Channels channels = channels_of_light(scene_.spectral, wavelengths);
+    const Channels channels = channels_of_light(scene_.sensor.response, wavelengths);
     Channels of_matter;
-    if (aovs.has(HitAov::kAlbedo)) of_matter = channels_of_matter(scene_.spectral, wavelengths);
+    if (aovs.has(HitAov::kAlbedo)) of_matter = channels_of_matter(scene_.sensor.response, wavelengths);
     const auto put_channels = [&](const SpectrumLanes& lanes, const Channels& seen, auto&& put_one) {
       for (int channel = 0; channel < kResponseChannels; ++channel)
         put_one(seen.of(channel, [&](int lane) { return Float::load(lanes.c[lane] + i); }));
@@ -401,6 +432,7 @@ std::size_t SampleBatch::fill_planes() {
     };
     put_radiance();
     if (!layers_.empty()) put_layers(i, channels, stride);
+    if (bands > 0) put_bands(i, wavelengths, channels, stride);
     put(Float::load(coverage_ + i));
     put_features();
     if (aovs.has(HitAov::kId)) {

@@ -150,6 +150,7 @@ class SampleBatch {
     return result;
   }
   std::size_t fill_planes();
+  void put_bands(int i, const Wavelengths& wavelengths, const Channels& channels, std::size_t stride);
   void put_layers(int i, const Channels& channels, std::size_t stride);
   void end_layers(std::size_t stride);
   bool is_touched(std::size_t layer) const { return (touched_ >> layer & 1) != 0; }

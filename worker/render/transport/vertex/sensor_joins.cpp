@@ -1,6 +1,7 @@
 #include "render/transport/vertex/sensor_joins.h"
 
 #include <algorithm>
+#include <bit>
 
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
@@ -64,12 +65,31 @@ void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, const W
   for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;
 }
 
+template <class Place, class Lane>
+void SensorJoins::splat_bands(const Wavelengths& wavelengths, const Channels& channels, std::uint32_t arrived,
+                              Place&& place, Lane&& lane) {
+#ifdef TESSERA_SPECTRAL
+  const SensitivityTable& sensor = scene_.sensor.response.sensitivity;
+  if (sensor.bands == 0) return;
+  for (int i = 0; i < kSpectrumLanes; ++i) {
+    const BandShare share = band_share(sensor, wavelengths, channels, i);
+    const Float light = lane(i) * share.weight;
+    for (std::uint32_t bits = arrived & (share.band >= 0).bits(); bits != 0; bits &= bits - 1) {
+      const int k = std::countr_zero(bits), at = place(k);
+      band_splats_.push_back({film_x_[at], film_y_[at], light.lane(k), share.band.lane(k)});
+    }
+  }
+#else
+  (void)wavelengths, (void)channels, (void)arrived, (void)place, (void)lane;
+#endif
+}
+
 void SensorJoins::trace(Film& film) {
   const StageTimer timer(stats_.times, Stage::kShadow);
-  splats_.clear();
+  splats_.clear(), band_splats_.clear();
   if (scene_.volumetric) {
     transit_.march(Passenger::kPath, connections_, hits_, 0, [&](const WideConnection& ray, Mask arrived) {
-      const Channels channels = channels_of_light(scene_.spectral, ray.wavelengths);
+      const Channels channels = channels_of_light(scene_.sensor.response, ray.wavelengths);
       const Color light = color_of([&](int channel) {
         return channels.of(channel, [&](int lane) { return ray.contribution.c[lane]; });
       });
@@ -79,6 +99,9 @@ void SensorJoins::trace(Film& film) {
               scene_.layers.count > 0 ? ray.layers.lane(lane) : 0,
               scene_.layers.unweighted != 0 ? ray.inverse_weight.lane(lane) : 1);
       }
+      splat_bands(
+          ray.wavelengths, channels, arrived.bits(), [&](int k) { return ray.slot.lane(k); },
+          [&](int lane) { return ray.contribution.c[lane]; });
     });
   } else {
     const float* const times = scene_.any_motion ? connections_.time : nullptr;
@@ -88,12 +111,15 @@ void SensorJoins::trace(Film& film) {
     for (int first = 0; first < connections_.size; first += kWidth) {
       Wavelengths wavelengths;
       load_lanes(wavelengths_, first, wavelengths);
-      const Channels channels = channels_of_light(scene_.spectral, wavelengths);
+      const Channels channels = channels_of_light(scene_.sensor.response, wavelengths);
       alignas(64) float light[kResponseChannels][kWidth];
-      for (int channel = 0; channel < kResponseChannels; ++channel) {
-        channels.of(channel, [&](int lane) { return Float::load(connections_.contribution.c[lane] + first); })
-            .store(light[channel]);
-      }
+      const auto lane_of = [&](int lane) { return Float::load(connections_.contribution.c[lane] + first); };
+      for (int channel = 0; channel < kResponseChannels; ++channel)
+        channels.of(channel, lane_of).store(light[channel]);
+      const Mask blocked = Float::load(connections_.distance + first) < 0.0f;
+      splat_bands(
+          wavelengths, channels, and_not(Mask::first(connections_.size - first), blocked).bits(),
+          [&](int k) { return first + k; }, lane_of);
       for (int i = first; i < std::min(first + kWidth, connections_.size); ++i) {
         if (connections_.distance[i] < 0) continue;
         splat(i, {light[0][i - first], light[1][i - first], light[2][i - first]},
@@ -104,6 +130,7 @@ void SensorJoins::trace(Film& film) {
     connections_.size = 0;
   }
   film.splat(splats_);
+  if (!band_splats_.empty()) film.splat_bands(band_splats_);
 }
 
 void SensorJoins::splat(int place, const std::array<float, kResponseChannels>& light, std::int32_t layers,

@@ -45,6 +45,10 @@ class SensorJoins {
  private:
   void splat(int place, const std::array<float, kResponseChannels>& light, std::int32_t layers,
              float inverse_weight);
+  /// Those of 16 joins, at places place(k), whose bits are set: what lane(i) of their light brings to bands.
+  template <class Place, class Lane>
+  void splat_bands(const Wavelengths& wavelengths, const Channels& channels, std::uint32_t arrived,
+                   Place&& place, Lane&& lane);
 
   const SceneTables& scene_;
   const RayQuery& rays_;
@@ -55,6 +59,7 @@ class SensorJoins {
   Transit transit_;  // volumetric scenes only, like the next
   HitState hits_;
   std::vector<Splat> splats_;
+  std::vector<BandSplat> band_splats_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA
