@@ -7,6 +7,8 @@
 #include "command/interrupt.h"
 #include "image/exr.h"
 #include "image/metrics.h"
+#include "image/spectral_metrics.h"
+#include "spectra/sensor/sensor_name.h"
 
 namespace tessera::client {
 namespace {
@@ -15,14 +17,33 @@ struct CompareCommandOptions {
   std::string reference;
   std::string test;
   CompareOptions compared;
+  bool spectral = false;
+  std::string observer = "cie1931";
   bool json = false;
 };
+
+absl::StatusOr<std::string> compare_spectra(const Image& reference, const Image& test,
+                                            const CompareCommandOptions& options) {
+  const auto observer = spectra::parse_sensor(options.observer);
+  if (!observer.ok()) return observer.status();
+  if (observer->kind != spectra::SensorKind::kObserver)
+    return absl::InvalidArgumentError("colours differ to an observer; '" + options.observer + "' is none");
+  const auto comparison = compare_bands(reference, test, observer->sensitivities);
+  if (!comparison.ok()) return comparison.status();
+  return options.json ? to_json(*comparison) : to_text(*comparison);
+}
 
 int run(const CompareCommandOptions& options) {
   const auto reference = read_exr(options.reference);
   if (!reference.ok()) return report(kUsage, std::string{reference.status().message()});
   const auto test = read_exr(options.test);
   if (!test.ok()) return report(kUsage, std::string{test.status().message()});
+  if (options.spectral) {
+    const auto text = compare_spectra(*reference, *test, options);
+    if (!text.ok()) return report(kUsage, std::string{text.status().message()});
+    std::cout << *text << '\n';
+    return kDone;
+  }
   const auto comparison = compare_images(*reference, *test, options.compared);
   if (!comparison.ok()) return report(kUsage, std::string{comparison.status().message()});
   std::cout << (options.json ? to_json(*comparison) : to_text(*comparison, options.compared)) << '\n';
@@ -39,8 +60,15 @@ void add_compare_command(CommandLine& line) {
   command.add("--block", options->compared.block, "side in pixels of the blocks whose means are compared")
       .in_range(1, 4096)
       .with_default();
+  const options::Option spectral =
+      command.add_flag("--spectral", options->spectral,
+                       "bands of spectral images: error of each, and CIEDE2000 to an observer");
+  command.add("--sensor", options->observer, "that observer: cie1931, cie2006 or cie2006-10")
+      .with_default()
+      .needs(spectral);
   command.add_flag("--json", options->json, "as JSON");
   command.example("tessera compare reference.exr picture.exr");
+  command.example("tessera compare --spectral reference.exr picture.exr");
   command.does([options](Interrupt&) { return run(*options); });
 }
 

@@ -10,10 +10,15 @@
 #include "command/interrupt.h"
 #include "command/report/exr_options.h"
 #include "command/report/output.h"
+#include "image/color_space.h"
 #include "image/exr.h"
 #include "image/layer_strip.h"
+#include "image/spectral_image.h"
 #include "import/import.h"
 #include "local/scene_check.h"
+#include "spectra/sensor/sensor_response.h"
+#include "wire/enum_words.h"
+#include "wire/film_sensor.h"
 
 namespace tessera::client {
 namespace {
@@ -24,14 +29,50 @@ struct ConvertOptions {
   GltfOptions gltf;
   ExrFormat exr;
   std::vector<std::string> layers;  // layers of the image to write; none: all channels
+  // Of what is seen of a spectral image, and of red, green and blue; empty: as they are.
+  std::string sensor, rgb_space, white_balance;
   bool quiet = false;
 };
+
+/// What the sensor sees of the image's bands, or its red, green and blue in the space that was asked for.
+absl::StatusOr<Image> seen_image(Image image, const ConvertOptions& options) {
+  v1::JobSpec::View view;
+  view.set_sensor(options.sensor);
+  view.set_white_balance(options.white_balance);
+  if (!options.rgb_space.empty()) {
+    const auto space = wire::value_of<v1::RgbSpace>(options.rgb_space);
+    if (!space.ok()) return space.status();
+    view.set_rgb_space(*space);
+  }
+  if (const absl::Status sound = wire::check_film_words(view); !sound.ok()) return sound;
+  const auto film = wire::film_sensor_of(view);
+  if (!film.ok()) return film.status();
+  if (options.sensor.empty() && options.white_balance.empty()) {
+    if (options.rgb_space.empty()) return image;
+    convert_space(film->space, image);
+    return image;
+  }
+  if (film->sensor.kind == spectra::SensorKind::kFilm)
+    return absl::InvalidArgumentError("sensor 'film' is of a scene, which an image does not have");
+  const auto response = spectra::sensor_response(film->sensor, film->white, film->space);
+  if (!response.ok()) return response.status();
+  absl::StatusOr<Image> seen = seen_by(image, *response);
+  if (!seen.ok()) return seen.status();
+  if (film->sensor.kind == spectra::SensorKind::kObserver) {
+    set_space(film->space, *seen);
+  } else {
+    seen->metadata[kRawChannels] = options.sensor;
+  }
+  seen->metadata["tessera.sensor"] = options.sensor.empty() ? "cie1931" : options.sensor;
+  return seen;
+}
 
 int convert_image(const ConvertOptions& options) {
   if (const absl::Status status = check_output(options.output); !status.ok()) {
     return report(kUsage, std::string{status.message()});
   }
   absl::StatusOr<Image> image = read_exr(options.input);
+  if (image.ok()) image = seen_image(*std::move(image), options);
   if (image.ok() && !options.layers.empty()) image = layer_strip(*image, options.layers);
   if (!image.ok()) return report(kUsage, std::string{image.status().message()});
   const absl::Status written = write_image(*image, options.output, options.exr);
@@ -62,6 +103,17 @@ void add_convert_command(CommandLine& line) {
   command.add("OUT", options->output, "a .textproto or .tsb; a .png or .exr").required();
   define_exr_options(command, options->exr);
   command
+      .add("--sensor", options->sensor,
+           "of a spectral .exr: what sees its bands: cie1931, cie2006, cie2006-10, a camera (nikon-d5100), "
+           "band:FROM-TO")
+      .type_name("NAME");
+  command
+      .add("--white-balance", options->white_balance,
+           "light that this sensor shows as white: an illuminant, kelvin, or none (default: D65)")
+      .type_name("LIGHT");
+  command.add("--rgb-space", options->rgb_space, "of an .exr: the space of red, green and blue")
+      .one_of(wire::words_of(*google::protobuf::GetEnumDescriptor<v1::RgbSpace>()));
+  command
       .add("--layers", options->layers,
            "of an .exr: these layers, side by side; rgba is the picture, visits a heat map")
       .separated_by_commas()
@@ -70,6 +122,7 @@ void add_convert_command(CommandLine& line) {
   define_gltf_options(command, options->gltf);
   command.example("tessera convert scene.pbrt scene.textproto");
   command.example("tessera convert picture.exr picture.png");
+  command.example("tessera convert spectral.exr seen.exr --sensor cie2006 --rgb-space rec2020");
   command.does([options](Interrupt&) {
     const bool is_image = is_exr(options->input);
     return is_image ? convert_image(*options) : convert_scene(*options);

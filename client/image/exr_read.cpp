@@ -1,5 +1,6 @@
 #include <OpenEXR/ImfArray.h>
 #include <OpenEXR/ImfChannelList.h>
+#include <OpenEXR/ImfChromaticitiesAttribute.h>
 #include <OpenEXR/ImfFloatAttribute.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
@@ -19,6 +20,7 @@
 #include <span>
 
 #include "absl/strings/str_cat.h"
+#include "image/color_space.h"
 #include "image/exr.h"
 
 namespace tessera::client {
@@ -93,6 +95,11 @@ void read_metadata(const Imf::Header& header, Image& image) {
     } else if (const auto* matrix = dynamic_cast<const Imf::M44fAttribute*>(&attribute)) {
       RowMatrix& copy = std::get<RowMatrix>(image.metadata[it.name()] = RowMatrix{});
       std::copy_n(matrix->value().getValue(), copy.m.size(), copy.m.begin());
+    } else if (const auto* primaries = dynamic_cast<const Imf::ChromaticitiesAttribute*>(&attribute)) {
+      const Imf::Chromaticities& c = primaries->value();
+      const auto at = [](const Imath::V2f& xy) { return spectra::Chromaticity{xy.x, xy.y}; };
+      if (std::string_view(it.name()) == kChromaticities)
+        set_space({at(c.red), at(c.green), at(c.blue), at(c.white)}, image);
     }
   }
 }

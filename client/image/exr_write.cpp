@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "image/atomic_file.h"
+#include "image/color_space.h"
 #include "image/exr.h"
 #include "image/exr/channel_names.h"
 #include "image/exr/chunk_writer.h"
@@ -51,6 +52,11 @@ struct AttributeSetter {
     std::ranges::copy(matrix.m, value.m);
     return exr_attr_set_m44f(context, part, name, &value);
   }
+  exr_result_t operator()(const Chromaticities& primaries) const {
+    const std::array<float, 8>& xy = primaries.xy;
+    const exr_attr_chromaticities_t value = {xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7]};
+    return exr_attr_set_chromaticities(context, part, name, &value);
+  }
 };
 
 void write_header(const ExrFile& file, const Image& image, const ExrPart& part, const ExrFormat& format) {
@@ -69,8 +75,10 @@ void write_header(const ExrFile& file, const Image& image, const ExrPart& part, 
                                        EXR_TILE_ROUND_DOWN));
   }
   // Rec.709 is what a file without this attribute is taken for; saying so costs nothing.
-  const exr_attr_chromaticities_t rec709 = {.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f};
-  file.check(exr_attr_set_chromaticities(context, index, "chromaticities", &rec709));
+  if (!image.metadata.contains(kChromaticities) && !image.metadata.contains(kRawChannels)) {
+    const exr_attr_chromaticities_t rec709 = {.64f, .33f, .3f, .6f, .15f, .06f, .3127f, .329f};
+    file.check(exr_attr_set_chromaticities(context, index, kChromaticities, &rec709));
+  }
   for (const PartChannel& channel : part.channels) {
     file.check(exr_add_channel(context, index, channel.name.c_str(),
                                channel.half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT, EXR_PERCEPTUALLY_LOGARITHMIC,

@@ -44,9 +44,16 @@ struct RowMatrix {
   bool operator==(const RowMatrix&) const = default;
 };
 
-using MetadataValue = std::variant<std::string, std::int32_t, float, Rational, TimeCode, RowMatrix>;
+/// x and y of red, green, blue and white.
+struct Chromaticities {
+  std::array<float, 8> xy{};
+  bool operator==(const Chromaticities&) const = default;
+};
 
-/// Linear Rec.709 unless a channel's name says otherwise.
+using MetadataValue =
+    std::variant<std::string, std::int32_t, float, Rational, TimeCode, RowMatrix, Chromaticities>;
+
+/// Linear Rec.709 unless a channel's name, or the metadata, say otherwise (color_space.h).
 struct Image {
   Window data;     // the pixels that are there; a crop is smaller than the film
   Window display;  // the whole film

@@ -2,16 +2,19 @@
 
 #include <png.h>
 
+#include <array>
 #include <cerrno>
 #include <cmath>
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "image/atomic_file.h"
+#include "image/color_space.h"
 
 namespace tessera::client {
 
@@ -89,14 +92,20 @@ absl::Status write_rows(const Image& image, Rows& rows, const std::string& path,
   };
   const auto width = static_cast<std::size_t>(image.data.width());
   const std::array<std::size_t, 3> channels = rgb_channels(image);
-  std::vector<float> row(width);
+  const std::optional<spectra::Matrix3> rec709 = rec709_from(image);
+  std::array<std::vector<float>, 3> row;
+  row.fill(std::vector<float>(width));
   std::vector<unsigned char> bytes(3 * width);
   PngFile png;
   if (!png.open(file, image.data)) return error(png);
   for (std::int32_t y = 0; y < image.data.height(); ++y) {
     for (std::size_t c = 0; c < 3; ++c) {
-      if (absl::Status status = rows.read(channels[c], y, row); !status.ok()) return status;
-      for (std::size_t x = 0; x < width; ++x) bytes[3 * x + c] = srgb_byte(row[x]);
+      if (absl::Status status = rows.read(channels[c], y, row[c]); !status.ok()) return status;
+    }
+    for (std::size_t x = 0; x < width; ++x) {
+      spectra::Triple color = {row[0][x], row[1][x], row[2][x]};
+      if (rec709) color = spectra::times(*rec709, color);
+      for (std::size_t c = 0; c < 3; ++c) bytes[3 * x + c] = srgb_byte(static_cast<float>(color[c]));
     }
     if (!png.write(bytes)) return error(png);
   }

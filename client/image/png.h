@@ -9,9 +9,9 @@
 
 namespace tessera::client {
 
-/// Writes R, G and B as an 8-bit sRGB file of the data window: values are clamped to [0, 1] and go through
-/// the sRGB transfer function (IEC 61966-2-1); what is not finite is black. The file is replaced as a whole
-/// (atomic_file.h).
+/// Writes R, G and B, from the space that they are in (color_space.h), as an 8-bit sRGB file of the data
+/// window: values are clamped to [0, 1] and go through the sRGB transfer function (IEC 61966-2-1); what is
+/// not finite is black. The file is replaced as a whole (atomic_file.h).
 absl::Status write_png(const Image& image, const std::string& path);
 
 /// The same of an image whose planes have names, but no values: those are `rows`, of which one is in memory.

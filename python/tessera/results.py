@@ -7,6 +7,7 @@ The arithmetic is that of the programs, operation by operation, so that a pictur
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -20,7 +21,7 @@ Floats = npt.NDArray[np.float32]
 Counts = npt.NDArray[np.uint32]
 
 _MAX_PIXELS = 1 << 24
-_MAX_CHANNELS = 128
+_MAX_CHANNELS = 640
 _SUM, _SQUARED_DEVIATION, _FIRST = 0, 1, 2
 
 
@@ -68,7 +69,7 @@ class TileResult:
 
 def decode_tile(payload: bytes) -> TileResult:
     """Reads a result. TesseraError, with what is wrong, for bytes that are none; nothing larger than 2^24
-    pixels of 128 channels is made of them."""
+    pixels of 640 channels is made of them."""
 
     def unsound(what: str) -> TesseraError:
         return TesseraError(f"tile result: {what}")
@@ -163,10 +164,19 @@ def pixel_values(node: TileResult) -> Floats:
     return values
 
 
+def _centre_of(name: str) -> float:
+    """550.0 of "S0.550,000000nm" [Fichet, Pacanowski & Wilkie 2021]."""
+    return float(name[len("S0.") : -len("nm")].replace(",", "."))
+
+
+def _band_names(channels: Iterable[str]) -> list[str]:
+    return sorted((name for name in channels if name.startswith("S0.")), key=_centre_of)
+
+
 @dataclass
 class Picture:
     """The picture that a job has rendered. `channels` has planes of `data.height` rows, from the top, and `data.width`
-    columns; "R", "G" and "B" are linear Rec.709."""
+    columns; "R", "G" and "B" are linear Rec.709, unless the job's sensor and rgb_space say otherwise."""
 
     data: Rect  # the pixels that are there; a crop is smaller than the film
     display: Rect  # the whole film
@@ -182,6 +192,18 @@ class Picture:
     def rgba(self) -> Floats:
         """(height, width, 4)"""
         return np.stack([self.channels[name] for name in "RGBA"], axis=-1)
+
+    @property
+    def bands(self) -> Floats:
+        """Spectral radiance per nanometre, (height, width, N), in the order of `band_centres`; N is 0 where the
+        film has no bands."""
+        planes = [self.channels[name] for name in _band_names(self.channels)]
+        return np.stack(planes, axis=-1) if planes else np.zeros((self.data.height, self.data.width, 0), np.float32)
+
+    @property
+    def band_centres(self) -> npt.NDArray[np.float64]:
+        """Wavelengths in the middle of the bands, (N,), ascending, in nanometres."""
+        return np.array([_centre_of(name) for name in _band_names(self.channels)], np.float64)
 
     def __getitem__(self, name: str) -> Floats:
         """A channel, or the channels of a layer, (height, width, n): "albedo" for albedo.R, albedo.G,

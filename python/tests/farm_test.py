@@ -19,7 +19,7 @@ import tessera
 from farm_under_test import FarmUnderTest, read_exr, small_scene
 from tessera import _job
 from tessera.results import Assembler, decode_tile
-from tessera.v1 import blob_pb2, job_pb2
+from tessera.v1 import blob_pb2, job_pb2, settings_pb2
 
 
 class FarmTest(unittest.TestCase):
@@ -83,6 +83,21 @@ class FarmTest(unittest.TestCase):
             for part in ("view", "samples", "cut"):
                 self.assertEqual(getattr(own, part), getattr(theirs, part))
             self.assertEqual(own.content.algorithms, theirs.content.algorithms)
+
+    def test_bands_are_an_array(self) -> None:
+        scene = small_scene(spp=4)
+        scene.settings.color = settings_pb2.COLOR_SPECTRAL
+        scene.settings.film = "spectral:5:400-700"
+        job = self.farm.submit(scene)
+        job.wait()
+        picture = job.fetch()
+        self.assertEqual(picture.bands.shape, (40, 48, 5))
+        self.assertEqual(picture.band_centres.tolist(), [430, 490, 550, 610, 670])
+        self.assertTrue((picture.bands.mean(axis=(0, 1)) > 0).all())
+        np.testing.assert_array_equal(picture.bands[..., 2], picture["S0.550,000000nm"])
+        fetched = self.under_test.path / "bands.exr"
+        self.under_test.run("fetch", job.id, "-o", str(fetched), "--quiet")
+        self.assert_same_bits(picture, fetched)
 
     def test_tiles_come_and_make_the_picture(self) -> None:
         job = self.farm.submit(small_scene(), crop=(8, 4, 44, 40), fresh=True)

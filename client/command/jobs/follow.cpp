@@ -19,6 +19,7 @@
 #include "command/jobs/job_news.h"
 #include "command/report/choice_text.h"
 #include "command/report/file_facts.h"
+#include "command/report/film_facts.h"
 #include "command/report/output.h"
 #include "command/report/progress.h"
 #include "denoise/denoise.h"
@@ -302,6 +303,7 @@ int write_view(FollowedJob& followed, const v1::JobSpec& spec, std::uint32_t vie
   RenderInfo info = render_info(spec, followed.status);
   info.seed = wire::seed_of(spec, view);
   set_render_info(info, image);
+  add_film_facts(spec, image);
   add_file_facts(spec.farm().name(), std::time(nullptr), image);
   mark_biased(image);
   if (followed.images.size() > 1) image.metadata["tessera.view"] = static_cast<std::int32_t>(view);

@@ -48,12 +48,30 @@ void add_choice(options::Command& command, const char* name, const WordList<Valu
 }
 
 /// Attributes that say how a file is laid out, or have another type than text.
-constexpr std::string_view kTaken[] = {
-    "channels",         "chromaticities", "chunkCount",         "compression",       "dataWindow",
-    "displayWindow",    "expTime",        "framesPerSecond",    "lineOrder",         "name",
-    "pixelAspectRatio", "renderingTime",  "screenWindowCenter", "screenWindowWidth", "tiles",
-    "timeCode",         "type",           "utcOffset",          "version",           "view",
-    "worldToCamera",    "worldToNDC"};
+constexpr std::string_view kTaken[] = {"channels",
+                                       "chromaticities",
+                                       "emissiveUnits",
+                                       "spectralLayoutVersion",
+                                       "chunkCount",
+                                       "compression",
+                                       "dataWindow",
+                                       "displayWindow",
+                                       "expTime",
+                                       "framesPerSecond",
+                                       "lineOrder",
+                                       "name",
+                                       "pixelAspectRatio",
+                                       "renderingTime",
+                                       "screenWindowCenter",
+                                       "screenWindowWidth",
+                                       "tiles",
+                                       "timeCode",
+                                       "type",
+                                       "utcOffset",
+                                       "version",
+                                       "view",
+                                       "worldToCamera",
+                                       "worldToNDC"};
 
 absl::Status take_attribute(const std::string& text, ExrFormat& exr) {
   const std::size_t equals = text.find('=');
