@@ -63,7 +63,6 @@ constexpr std::array kAlgorithms{
                     .layers = LayerStates::kFromBothEnds,
                     .samples_all_light = true,
                     .starts_at_lights = true,
-                    .projects_points = true,
                     .blindness = Blindness::kMirrorImages},
     AlgorithmTraits{.name = "direct",
                     .summary = "lights and what they light, without light between surfaces",

@@ -74,7 +74,6 @@ struct AlgorithmTraits {
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)
   bool samples_all_light = false;  // light sampling must find all light: none is left to BSDF sampling
   bool starts_at_lights = false;   // light is sampled at its source, without a receiver: no portals
-  bool projects_points = false;    // finds points on the film: perspective and orthographic cameras only
   bool motion = true;              // shapes may move; where not, they are refused
   bool diffuse_only = false;       // knows triangles of diffuse matter and nothing else
   bool lists_instances = false;    // goes over all of them: objects within objects are flattened

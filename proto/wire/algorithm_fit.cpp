@@ -45,13 +45,6 @@ class ObstacleFinder {
   }
 
   std::vector<Obstacle> run() {
-    const auto views = algorithm_.projects_points ? static_cast<std::uint32_t>(scene_.views_size()) + 1 : 0;
-    for (std::uint32_t view = 0; view < views; ++view) {
-      const v1::Camera& camera = camera_of(scene_, view);
-      if (!camera.has_spherical()) continue;
-      add(camera, view == 0 ? "camera" : absl::StrCat("view ", view),
-          "needs a perspective or orthographic camera");
-    }
     for (int i = 0; i < scene_.lights_size() && algorithm_.starts_at_lights; ++i) {
       const v1::Light& light = scene_.lights(i);
       if (light.infinite().portal_size() > 0)

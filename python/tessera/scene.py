@@ -21,6 +21,14 @@ from tessera.v1 import blob_ref_pb2, camera_pb2, scene_pb2, settings_pb2, value_
 __all__ = ["Blob", "Material", "Scene", "Texture", "look_at", "translate"]
 
 _FILTERS = {kind.lower(): number for kind, number in camera_pb2.PixelFilter.Kind.items()}
+_FISHEYES = {name.lower(): number for name, number in camera_pb2.FisheyeCamera.Mapping.items()}
+_SPHERES = {name.lower(): number for name, number in camera_pb2.SphericalCamera.Mapping.items()}
+
+
+def _choice(choices: dict[str, int], name: str, what: str) -> int:
+    if name not in choices:
+        raise ValueError(f"there is no {what} '{name}'; there are {', '.join(choices)}")
+    return choices[name]
 
 
 class Scene(Materials, Shapes, Lights):
@@ -54,6 +62,45 @@ class Scene(Materials, Shapes, Lights):
         camera.screen_window[:] = screen_window
         self._place_camera(camera, world_from_camera, clip)
 
+    def fisheye_camera(
+        self,
+        world_from_camera: npt.ArrayLike,
+        fov: float = 180.0,
+        mapping: str = "equidistant",
+        circle: float = 0.0,
+        clip: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """`mapping`: equidistant, equisolid, stereographic or orthographic; `fov` is across the film's shorter
+        side, `circle` across the circle beyond which the film is black (0: there is none); degrees."""
+        camera = self._camera()
+        camera.fisheye.mapping = _choice(_FISHEYES, mapping, "mapping of a fisheye")
+        camera.fisheye.fov_degrees = fov
+        camera.fisheye.circle_degrees = circle
+        self._place_camera(camera, world_from_camera, clip)
+
+    def cylindrical_camera(
+        self,
+        world_from_camera: npt.ArrayLike,
+        fov: float = 360.0,
+        clip: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """A panorama in which upright lines are straight; `fov` is across the film's width, in degrees."""
+        camera = self._camera()
+        camera.cylindrical.fov_degrees = fov
+        self._place_camera(camera, world_from_camera, clip)
+
+    def spherical_camera(
+        self,
+        world_from_camera: npt.ArrayLike,
+        mapping: str = "equirectangular",
+        clip: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """All directions, +y of camera space up: equirectangular or equal_area_octahedral. The middle of an
+        equirectangular picture looks along -x, its right part along -z."""
+        camera = self._camera()
+        camera.spherical.mapping = _choice(_SPHERES, mapping, "mapping of a sphere")
+        self._place_camera(camera, world_from_camera, clip)
+
     def _camera(self) -> camera_pb2.Camera:
         """A copy of the camera so far."""
         camera = camera_pb2.Camera()
@@ -71,12 +118,10 @@ class Scene(Materials, Shapes, Lights):
         self, width: int, height: int, filter: str = "box", exposure: float | None = None
     ) -> None:
         """Size in pixels; `filter`: box, triangle, gaussian, mitchell or lanczos."""
-        if filter not in _FILTERS:
-            raise ValueError(f"there is no filter '{filter}'; there are {', '.join(_FILTERS)}")
         film = camera_pb2.Film()
         film.CopyFrom(self.message.film)
         film.width, film.height = width, height
-        film.filter.kind = _FILTERS[filter]
+        film.filter.kind = _choice(_FILTERS, filter, "filter")
         if exposure is not None:
             film.exposure = exposure
         self.message.film.CopyFrom(checked(film))

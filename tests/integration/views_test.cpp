@@ -69,8 +69,7 @@ class Views : public testing::Test {
 /// Tiles that share light among pixels, passes over a whole film, and samples that merge.
 TEST_F(Views, AreThePicturesOfTheirCameras) {
   for (const char* integrator : {"path", "light", "vcm"}) {
-    const bool any_camera = std::string(integrator) == "path";
-    const std::string scene = write_scene(with_views(kPerspective, any_camera ? kSpherical : kOrthographic));
+    const std::string scene = write_scene(with_views(kPerspective, kSpherical));
     const Arguments job{scene, "--integrator", integrator, "--resolution", "40x30", "--spp", "4", "--quiet"};
     const std::vector<std::string> expected = hashes_one_by_one(job);
     EXPECT_EQ(std::set<std::string>(expected.begin(), expected.end()).size(), 3u);
@@ -99,15 +98,15 @@ TEST_F(Views, HaveTheSameBitsOnAFarmThatLosesAWorker) {
 }
 
 TEST_F(Views, ThatCannotBeRenderedAreNamedBeforeAnythingIs) {
-  const std::string scene = write_scene(with_views(kPerspective, kSpherical));
+  std::string scene = write_scene(with_views(kPerspective, "fisheye { fov_degrees: 400 }"));
   const auto refused = [&](const Arguments& options) {
     return tessera(Arguments{"render", scene, "-o", image("picture.exr")} + options);
   };
-  const support::Finished unconnected = refused({"--integrator", "light"});
-  EXPECT_EQ(unconnected.status.code, 3);
-  EXPECT_THAT(unconnected.err, HasSubstr("scene.textproto:"));
-  EXPECT_THAT(unconnected.err,
-              HasSubstr("view 2: integrator 'light' needs a perspective or orthographic camera"));
+  const support::Finished too_wide = refused({});
+  EXPECT_EQ(too_wide.status.code, 3);
+  EXPECT_THAT(too_wide.err, HasSubstr("scene.textproto:"));
+  EXPECT_THAT(too_wide.err, HasSubstr("view 2: camera: a fisheye of mapping EQUIDISTANT cannot see"));
+  scene = write_scene(with_views(kPerspective, kSpherical));
   const support::Finished missing = refused({"--view", "3"});
   EXPECT_EQ(missing.status.code, 2);
   EXPECT_THAT(missing.err, HasSubstr("there is no view 3: the scene has 3, and the first is view 0"));

@@ -26,7 +26,7 @@ constexpr const char* kTried[] = {"path", "volpath", "bdpt", "vcm", "light"};
 
 /// PilotCandidate::ways.
 int ways_of(const wire::AlgorithmTraits& algorithm) {
-  const bool both_ends = algorithm.work == wire::WorkKind::kPasses && !algorithm.projects_points;
+  const bool both_ends = algorithm.starts_at_lights && algorithm.first_hit_aovs;
   return 1 + (both_ends ? 1 : 0) + (algorithm.bias == wire::Bias::kConsistent ? 1 : 0);
 }
 

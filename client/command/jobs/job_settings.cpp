@@ -69,7 +69,10 @@ absl::Status check_overscan(const JobSettings& request, const v1::Scene& scene) 
   if (request.overscan == 0) return absl::OkStatus();
   if (request.crop)
     return absl::OutOfRangeError("--overscan is of the whole film: it does not go with --crop");
-  if (scene.camera().has_spherical() || std::ranges::any_of(scene.views(), &v1::Camera::has_spherical))
+  const auto sees_all_around = [](const v1::Camera& camera) {
+    return camera.has_spherical() || camera.has_cylindrical();
+  };
+  if (sees_all_around(scene.camera()) || std::ranges::any_of(scene.views(), sees_all_around))
     return absl::OutOfRangeError("--overscan: a camera that sees all around has no more to see");
   return absl::OkStatus();
 }

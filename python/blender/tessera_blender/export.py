@@ -148,8 +148,9 @@ class Exporter:
             window += [(edge - y_shift) / y_scale for edge in (-1, 1)]
             self.scene.orthographic_camera(place, (window[0], window[1], window[2], window[3]), clip)
             return
-        if data.type != "PERSP":
-            raise ValueError(f"camera {camera.name}: panoramas are not translated")
+        if data.type == "PANO":
+            self._panorama(camera.name, data, place, clip)
+            return
         # The picture on the plane at distance 1, where 90 degrees span 2.
         (x_scale, x_shift), (y_scale, y_shift) = projection[0, [0, 2]], projection[1, [1, 2]]
         window = [(edge + x_shift) / x_scale for edge in (-1, 1)]
@@ -165,6 +166,31 @@ class Exporter:
                 self._materials.warn(f"camera {camera.name}: the aperture is round, without blades")
         self.scene.camera(place, 90.0, radius, max(distance, 0.0), clip)
         self.scene.message.camera.screen_window[:] = window
+
+    def _panorama(self, name: str, data: bpy.types.Camera, place: np.ndarray, clip: tuple[float, float]) -> None:
+        """Cycles keeps the kind of a panorama among its own settings. Its fisheyes see nothing beyond a circle."""
+        kind, lens = data.cycles.panorama_type, data.cycles
+        if kind == "EQUIRECTANGULAR":
+            ranges = lens.longitude_min, lens.longitude_max, lens.latitude_min, lens.latitude_max
+            if not np.allclose(ranges, (-np.pi, np.pi, -np.pi / 2, np.pi / 2), atol=1e-4):
+                raise ValueError(f"camera {name}: a panorama of a part of all directions is not translated")
+            # Ours looks along -x in its middle, and along -z on the right.
+            turned = np.array([[0.0, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+            self.scene.spherical_camera(place @ turned, "equirectangular", clip)
+        elif kind == "FISHEYE_EQUIDISTANT":
+            width, height = self.resolution
+            if width != height:
+                raise ValueError(f"camera {name}: a fisheye that is stretched to {width}x{height} is not translated")
+            fov = float(np.degrees(lens.fisheye_fov))
+            self.scene.fisheye_camera(place, fov, "equidistant", min(fov, 360.0), clip)
+        elif kind == "FISHEYE_EQUISOLID":
+            # Blender gives the focal length and the sensor's width, in millimetres.
+            width, height = self.resolution
+            side = data.sensor_width * min(width, height) / max(width, height)
+            fov = float(np.degrees(4 * np.arcsin(min(1.0, side / (4 * lens.fisheye_lens)))))
+            self.scene.fisheye_camera(place, fov, "equisolid", min(float(np.degrees(lens.fisheye_fov)), 360.0), clip)
+        else:
+            raise ValueError(f"camera {name}: panoramas of kind {kind} are not translated")
 
     # ---- light
 

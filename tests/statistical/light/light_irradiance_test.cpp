@@ -120,6 +120,12 @@ TEST(LightIrradiance, InsideOfASphere) {
   const Lamp outward =
       quadric_lamp("outward", ShapeKind::kSphere, sphere_record(2), placed({1, 2, 3}), false, false);
   expect_irradiance(irradiance(outward, {1.5, 2.2, 1.9}, unit({0.3, 1, 0.2})), 0);
+  // A point of the surface may be outside by rounding, and sees all of the inside.
+  const Point inwards = unit({-0.3, 0.4, -0.7});
+  for (const double beyond : {-2e-7, 0.0, 2e-7}) {
+    const Point at = Point{1, 2, 3} - inwards * (2 + beyond);
+    expect_irradiance(irradiance(inward, at, inwards), kPi64);
+  }
 }
 
 TEST(LightIrradiance, SqueezedSphereAgreesWithQuadrature) {

@@ -177,6 +177,8 @@ Case camera_case(const char* name, const std::string& kind, const std::string& m
   return {name, things(kDiffuse) + kLamp + camera(kind, more)};
 }
 
+constexpr const char* kWide = "kind: TRIANGLE radius_x: 4 radius_y: 4";
+
 INSTANTIATE_TEST_SUITE_P(
     Cameras, LightTracing,
     testing::Values(
@@ -188,6 +190,17 @@ INSTANTIATE_TEST_SUITE_P(
         camera_case("OrthographicClipped", "orthographic { lens_radius: 0.5 focal_distance: 4 }",
                     "near_clip: 4.3 far_clip: 5.2"),
         camera_case("ShiftedWindow", kPerspective, "screen_window: [-0.7, 1.2, -0.9, 0.6]"),
+        camera_case("Equidistant", "fisheye { fov_degrees: 120 }"),
+        camera_case("Equisolid", "fisheye { fov_degrees: 140 mapping: EQUISOLID }"),
+        camera_case("Stereographic",
+                    "fisheye { fov_degrees: 200 mapping: STEREOGRAPHIC circle_degrees: 190 }"),
+        camera_case("OrthographicFisheye", "fisheye { fov_degrees: 150 mapping: ORTHOGRAPHIC }"),
+        camera_case("Panorama", "cylindrical { fov_degrees: 150 }", "near_clip: 4.3 far_clip: 5.2"),
+        // Their films have no edge.
+        Case{"WholePanorama", things(kDiffuse) + kLamp + camera("cylindrical { fov_degrees: 360 }"), kWide},
+        Case{"LatitudeAndLongitude", things(kDiffuse) + kLamp + camera("spherical { }"), kWide},
+        Case{"Octahedral", things(kDiffuse) + kLamp + camera("spherical { mapping: EQUAL_AREA_OCTAHEDRAL }"),
+             kWide},
         Case{"ScaledAndMirrored",
              things(kDiffuse) + kLamp +
                  R"( camera { perspective { fov_degrees: 45 lens_radius: 0.1 focal_distance: 2 }

@@ -2,9 +2,12 @@
 // rays.
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
+#include <numbers>
 #include <vector>
 
+#include "render/sampling/warp.h"
 #include "render/sensor/sensor.h"
 #include "support/kernel/chi2.h"
 #include "support/kernel/random_lanes.h"
@@ -139,6 +142,107 @@ TEST(SensorChi2, ImportanceOfEveryPixelIntegratesToOne) {
         EXPECT_NEAR(all, 1, 5e-3);
       }
     }
+  }
+}
+
+// ---------------------------------------------------------------- sensors whose rays go anywhere
+
+constexpr SensorKind kAboutPoint[] = {SensorKind::kEquirectangular,    SensorKind::kOctahedral,
+                                      SensorKind::kCylindrical,        SensorKind::kFisheyeEquidistant,
+                                      SensorKind::kFisheyeEquisolid,   SensorKind::kFisheyeStereographic,
+                                      SensorKind::kFisheyeOrthographic};
+
+/// As sensor_of(); of sensors that see all around, the raster is the unit square. Fisheyes have a circle.
+SensorRecord sensor_about_point(SensorKind kind, float scale) {
+  SensorRecord c = sensor_of(kind, 0, scale);
+  if (edges_of(c) != RasterEdges::kOpen) {
+    c.scale_x = 1.0f / kWidthPixels, c.offset_x = 0;
+    c.scale_y = 1.0f / kHeightPixels, c.offset_y = 0;
+  }
+  c.circle_angle = 1.4f;
+  return c;
+}
+
+TEST(SensorAboutAPoint, ConnectionsLeadToWhereTheRayBegan) {
+  for (const SensorKind kind : kAboutPoint) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    const SensorRecord c = sensor_about_point(kind, 2.5f);
+    RandomLanes numbers(11);
+    int valid = 0;
+    for (int i = 0; i < 1000; ++i) {
+      const Vec2 raster{numbers(0, kWidthPixels), numbers(0, kHeightPixels)};
+      const SensorRay ray = start_ray(c, middle_sample(raster));
+      const Vec3 point = fma(ray.direction, exp(numbers(-5, 5)), ray.origin);
+      const SensorConnection seen =
+          connect_to_sensor(c, point, {Float(0.5f), Float(0.5f)}, Float(0.0f), Mask::all());
+      const std::uint32_t both = (ray.valid & seen.valid).bits();
+      EXPECT_EQ(both, ray.valid.bits());
+      for (int l = 0; l < kWidth; ++l) {
+        if (!(both >> l & 1)) continue;
+        ++valid;
+        EXPECT_NEAR(seen.raster.y.lane(l), raster.y.lane(l), 1e-3);
+        // Near a pole, all longitudes are close to each other.
+        const double pole = kind == SensorKind::kEquirectangular
+                                ? std::sin(std::numbers::pi * raster.y.lane(l) / kHeightPixels)
+                                : 1;
+        EXPECT_NEAR(seen.raster.x.lane(l), raster.x.lane(l), 1e-3 / std::max(pole, 1e-3));
+      }
+    }
+    EXPECT_GT(valid, 1000);
+  }
+}
+
+/// The same as of flat films, over a sphere: and pixels of which a part sees nothing have that part of 1.
+TEST(SensorAboutAPoint, ImportanceOfEveryPixelIntegratesToOne) {
+  constexpr int kSamples = 1 << 21, kGrid = 32;
+  for (const SensorKind kind : kAboutPoint) {
+    SCOPED_TRACE(static_cast<int>(kind));
+    const SensorRecord c = sensor_about_point(kind, 2.5f);
+    std::vector<double> sum(800), squares(800), expected(800);
+    for (int pixel = 0; pixel < 800; ++pixel) {
+      for (int place = 0; place < kGrid * kGrid; place += kWidth) {
+        alignas(64) float x[kWidth], y[kWidth];
+        for (int l = 0; l < kWidth; ++l) {
+          x[l] = static_cast<float>(pixel % 40) + (static_cast<float>((place + l) % kGrid) + 0.5f) / kGrid;
+          y[l] = static_cast<float>(pixel / 40) + (static_cast<float>((place + l) / kGrid) + 0.5f) / kGrid;
+        }
+        const SensorRay ray = start_ray(c, middle_sample({Float::load(x), Float::load(y)}));
+        expected[static_cast<std::size_t>(pixel)] += std::popcount(ray.valid.bits()) / double{kGrid * kGrid};
+      }
+    }
+    RandomLanes numbers(11);
+    const double radius = 7;
+    for (int i = 0; i < kSamples; i += kWidth) {
+      const Vec3 p = square_to_sphere({numbers(), numbers()}) * static_cast<float>(radius);
+      const SensorConnection seen =
+          connect_to_sensor(c, p, {Float(0.5f), Float(0.5f)}, Float(0.0f), Mask::all());
+      for (int l = 0; l < kWidth; ++l) {
+        const double column = std::floor(seen.raster.x.lane(l)), row = std::floor(seen.raster.y.lane(l));
+        if (!(seen.valid.bits() >> l & 1) || !(column >= 0 && column < 40 && row >= 0 && row < 20)) continue;
+        const double value = seen.importance.lane(l) * 4 * std::numbers::pi * radius * radius;
+        const auto pixel = static_cast<std::size_t>(row * 40 + column);
+        sum[pixel] += value;
+        squares[pixel] += value * value;
+      }
+    }
+    double chi2 = 0, all = 0, of_rays = 0;
+    int pixels = 0;
+    for (std::size_t i = 0; i < 800; ++i) {
+      const double mean = sum[i] / kSamples, variance = (squares[i] / kSamples - mean * mean) / kSamples;
+      all += mean / 800, of_rays += expected[i] / 800;
+      if (expected[i] == 0) {
+        // A border that the grid of rays missed.
+        EXPECT_LT(mean, 0.01) << i;
+        continue;
+      }
+      // Where a pixel is cut, the grid of its rays is right to a part in a hundred.
+      ASSERT_GT(variance, 0) << i;
+      chi2 += (mean - expected[i]) * (mean - expected[i]) / (variance + (expected[i] < 1 ? 1e-4 : 0));
+      ++pixels;
+    }
+    EXPECT_NEAR(chi2, pixels, 5 * std::sqrt(2.0 * pixels));
+    EXPECT_NEAR(all, of_rays, 5e-3);
+    EXPECT_GT(of_rays, 0.5);
   }
 }
 

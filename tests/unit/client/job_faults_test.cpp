@@ -116,8 +116,9 @@ TEST(JobFaults, RadiosityNamesAllThatIsNotDiffuse) {
 TEST(JobFaults, OfTheCameraAreAtTheCamera) {
   EXPECT_THAT(refusal("path", "film { width: 4 height: 4 }\ncamera { perspective { fov_degrees: 200 } }\n"),
               HasSubstr("scene.textproto:2:1: camera: a field of view of 200"));
-  EXPECT_THAT(refusal("light", "film { width: 4 height: 4 }\ncamera { spherical {} }\n"),
-              HasSubstr("scene.textproto:2:1: camera: integrator 'light' needs a perspective"));
+  EXPECT_THAT(
+      refusal("light", "film { width: 4 height: 4 }\ncamera { fisheye { fov_degrees: 400 } }\n"),
+      HasSubstr("scene.textproto:2:1: camera: a fisheye of mapping EQUIDISTANT cannot see a field of 400"));
 }
 
 /// An element of a scene, and what is told of it. Where that is empty, nothing is.

@@ -28,9 +28,11 @@ std::size_t half_channel(const std::vector<wire::ChannelDesc>& channels) {
 }  // namespace
 
 PassFilm::PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers,
-                   std::size_t bands)
+                   std::size_t bands, RasterEdges edges, FilmSize raster)
     : result_(result),
       filter_(filter),
+      edges_(edges),
+      raster_(raster),
       sums_(result),
       pixel_order_(z_order(result.x1 - result.x0, result.y1 - result.y0)),
       all_(pixel_order_.size()),
@@ -106,6 +108,14 @@ void PassFilm::splat_bands(std::span<const BandSplat> splats) {
 
 template <class F>
 void PassFilm::for_each_reached(float x, float y, F&& f) const {
+  for_each_around(x, y, f);
+  if (edges_ == RasterEdges::kOpen) return;
+  for (const RasterPlace& beyond : places_beyond(edges_, raster_, {x, y}, filter_.x.radius, filter_.y.radius))
+    for_each_around(beyond.x, beyond.y, f);
+}
+
+template <class F>
+void PassFilm::for_each_around(float x, float y, F&& f) const {
   // Centres of pixels are at one half.
   const auto first = [](float place, float radius, std::uint32_t begin) {
     return std::max<std::int64_t>(static_cast<std::int64_t>(std::ceil(place - radius - 0.5f)), begin);

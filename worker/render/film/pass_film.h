@@ -7,6 +7,7 @@
 
 #include "render/film/film.h"
 #include "render/film/pixel_filter.h"
+#include "render/film/raster_edges.h"
 #include "render/film/tile_accumulator.h"
 #include "wire/tile_result.h"
 
@@ -15,9 +16,10 @@ namespace tessera::render {
 class PassFilm final : public SampleSource, public Film {
  public:
   /// `result` has its rectangle, sample range and channels set, the last of which are those of the bands, one
-  /// each, and of the layers, three each; counts and values are filled in by the last end_pass().
+  /// each, and of the layers, three each; counts and values are filled in by the last end_pass(). `edges` are
+  /// those of the whole raster, whose size is `raster`.
   PassFilm(wire::TileResult& result, const PixelFilterRecord& filter, std::size_t layers = 0,
-           std::size_t bands = 0);
+           std::size_t bands = 0, RasterEdges edges = RasterEdges::kOpen, FilmSize raster = {});
 
   /// Starts the next pass; false when there is none.
   bool begin_pass();
@@ -34,13 +36,19 @@ class PassFilm final : public SampleSource, public Film {
 
  private:
   std::size_t pixel_at(std::uint32_t x, std::uint32_t y) const;
-  /// Calls f(pixel, weight) for the pixels of the rectangle whose filters reach the place.
+  /// Calls f(pixel, weight) for the pixels of the rectangle whose filters reach the place, or another that
+  /// sees the same.
   template <class F>
   void for_each_reached(float x, float y, F&& f) const;
+  /// The same of this place alone.
+  template <class F>
+  void for_each_around(float x, float y, F&& f) const;
   void add_splat(const Splat& splat);
 
   const wire::TileResult& result_;
   const PixelFilterRecord& filter_;
+  const RasterEdges edges_;
+  const FilmSize raster_;
   TileAccumulator sums_;
   const std::vector<std::uint32_t> pixel_order_;  // samples are asked for in this order
   std::vector<std::uint32_t> all_;                // pixels, rows from the top

@@ -372,17 +372,18 @@ class BuiltScene final : public RenderScene {
     }
     const auto integrator =
         algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, or_alone(prepared)});
+    const FilmSize size{static_cast<std::uint32_t>(tables_.sensor.width),
+                        static_cast<std::uint32_t>(tables_.sensor.height)};
     if (traits_.work == wire::WorkKind::kPasses) {
       PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count),
-                    static_cast<std::size_t>(tables_.sensor.response.sensitivity.bands));
+                    static_cast<std::size_t>(tables_.sensor.response.sensitivity.bands),
+                    edges_of(tables_.sensor), size);
       while (film.begin_pass()) {
         if (!integrator->render(film, film, stop)) return false;
         film.end_pass();
       }
       return true;
     }
-    const FilmSize size{static_cast<std::uint32_t>(tables_.sensor.width),
-                        static_cast<std::uint32_t>(tables_.sensor.height)};
     if (scatters() || group_.count() > 1) {
       ScatterTile film(result, scatters() ? &tables_.filter : nullptr,
                        tables_.sampler.seed + tile.seed_offset, counts, group_, size);

@@ -70,8 +70,9 @@ SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 
   const auto along = [&](int a) { return dot(point, axis(a)) / length_squared(axis(a)); };
   Vec3 p{along(0), along(1), along(2)};
   const Float unit_of_depth = length(axis(2));
-  const Float depth = p.z * unit_of_depth;
-  const Mask in_front = active & (p.z > 0.0f) & (depth > sensor.near_clip);
+  const bool has_axis = sensor_model(sensor.kind).traits.has_axis;
+  const Float depth = has_axis ? p.z * unit_of_depth : length(point);
+  const Mask in_front = active & ((has_axis ? p.z : depth) > 0.0f) & (depth > sensor.near_clip);
   const Vec3 seen{p.x, p.y, select(in_front, p.z, 1.0f)};
   const LocalConnection local = sensor_model(sensor.kind).connect(sensor, seen, u_lens);
   SensorConnection result;

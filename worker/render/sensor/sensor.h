@@ -76,8 +76,8 @@ class SensorModel {
 
   /// The ray of a place, which is one of the raster times the record's scales plus its offsets.
   virtual LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2 u_lens) const = 0;
-  /// How a point of sensor space is seen that has a depth above 0; only with Traits::connects. Importance and
-  /// density are by areas of sensor space.
+  /// How a point of sensor space is seen, which with Traits::has_axis has a depth above 0; only with
+  /// Traits::connects. Importance and density are by areas of sensor space.
   virtual LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2 u_lens) const;
   /// The width of what one pixel in the middle of the raster sees, `distance` along its ray, in render space.
   virtual Float pixel_width(const SensorRecord& sensor, Float distance) const = 0;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "render/core/affine_data.h"
+#include "render/film/raster_edges.h"
 #include "render/sensor/response.h"
 
 namespace tessera::render {
@@ -21,6 +22,11 @@ enum class SensorKind : std::int32_t {
   kOrthographicLens,
   kEquirectangular,
   kOctahedral,
+  kCylindrical,
+  kFisheyeEquidistant,
+  kFisheyeEquisolid,
+  kFisheyeStereographic,
+  kFisheyeOrthographic,
   kCount
 };
 
@@ -33,12 +39,13 @@ constexpr SensorKind with_lens(SensorKind kind) {
 enum class RasterShape : std::int32_t {
   kPlane,     // points of the plane z = 1 of sensor space, seen from about its origin
   kParallel,  // points of the plane z = 0, from which rays leave along z
-  kSphere,    // points of a map of the sphere, the unit square
+  kSphere,    // points of a map of the sphere
   kOther
 };
 struct RasterTraits {
   RasterShape shape = RasterShape::kOther;
-  double angle_x = 0, angle_y = 0;  // kSphere: radians that the unit square spans
+  double angle_x = 0, angle_y = 0;  // kSphere: radians that a place's unit spans, in the middle
+  RasterEdges edges = RasterEdges::kOpen;
 };
 
 /// kOther for kinds that were added.
@@ -52,9 +59,15 @@ inline RasterTraits raster_of(SensorKind kind) {
     case SensorKind::kOrthographicLens:
       return {RasterShape::kParallel};
     case SensorKind::kEquirectangular:
-      return {RasterShape::kSphere, 2 * pi, pi};
+      return {RasterShape::kSphere, 2 * pi, pi, RasterEdges::kOverPole};
     case SensorKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
-      return {RasterShape::kSphere, 2 * std::sqrt(pi), 2 * std::sqrt(pi)};
+      return {RasterShape::kSphere, 2 * std::sqrt(pi), 2 * std::sqrt(pi), RasterEdges::kMirrored};
+    case SensorKind::kCylindrical:
+    case SensorKind::kFisheyeEquidistant:
+    case SensorKind::kFisheyeEquisolid:
+    case SensorKind::kFisheyeStereographic:
+    case SensorKind::kFisheyeOrthographic:
+      return {RasterShape::kSphere, 1, 1};
     default:
       return {};
   }
@@ -73,6 +86,7 @@ struct SensorRecord {
   float scale_x = 1, scale_y = 1, offset_x = 0, offset_y = 0;
   float lens_radius = 0;
   float focal_distance = 1;
+  float circle_angle = std::numbers::pi_v<float>;  // fisheyes see no farther from the axis, radians
   // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no
   // limit.
   float near_clip = 0, far_clip = 0;
@@ -80,5 +94,14 @@ struct SensorRecord {
   std::int32_t medium = -1;            // that the sensor stands in
   Response response;
 };
+
+/// What is seen beyond the edge of the raster.
+inline RasterEdges edges_of(const SensorRecord& sensor) {
+  constexpr float kFullTurn = 6.2831f;
+  if (sensor.kind == SensorKind::kCylindrical &&
+      sensor.scale_x * static_cast<float>(sensor.width) >= kFullTurn)
+    return RasterEdges::kRound;
+  return raster_of(sensor.kind).edges;
+}
 
 }  // namespace tessera::render

@@ -1,7 +1,10 @@
 // Where work comes from and light goes: tiles of fixed counts, and passes.
 #include <gtest/gtest.h>
 
+#include <array>
+#include <cmath>
 #include <map>
+#include <numbers>
 #include <numeric>
 #include <tuple>
 #include <vector>
@@ -121,6 +124,56 @@ TEST(PassFilm, AFilterSpreadsWhatLandsAndKeepsItsSum) {
   EXPECT_NEAR(sum, 1, 1e-6);  // a triangle of radius 2 sums to 1 over unit steps
   EXPECT_GT(result.values[3 * 8 + 3], result.values[3 * 8 + 2]);
   EXPECT_EQ(result.values[3 * 8 + 7], 0);
+}
+
+/// What each place beyond the edge sees, by the maps' own rules.
+TEST(RasterEdges, PlacesBeyondTheEdgeSeeWhatThePlaceWithinSees) {
+  constexpr FilmSize kRaster{16, 8};
+  // A direction of a globe, which is the same for any place that shows it.
+  const auto on_globe = [](RasterPlace place) {
+    const double longitude = place.x / 16 * 2 * std::numbers::pi, latitude = place.y / 8 * std::numbers::pi;
+    return std::array{std::sin(latitude) * std::cos(longitude), std::cos(latitude),
+                      std::sin(latitude) * std::sin(longitude)};
+  };
+  int found = 0;
+  for (float x = 0.25f; x < 16; x += 0.5f) {
+    for (float y = 0.25f; y < 8; y += 0.5f) {
+      const RasterPlace place{x, y};
+      EXPECT_TRUE(places_beyond(RasterEdges::kOpen, kRaster, place, 3, 2).empty());
+      for (const RasterPlace& other : places_beyond(RasterEdges::kOverPole, kRaster, place, 3, 2)) {
+        ++found;
+        for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(on_globe(other)[i], on_globe(place)[i], 1e-6);
+        EXPECT_TRUE(other.x < 0 || other.x > 16 || other.y < 0 || other.y > 8);
+        EXPECT_TRUE(other.x > -3 && other.x < 19 && other.y > -2 && other.y < 10);
+      }
+      for (const RasterPlace& other : places_beyond(RasterEdges::kRound, kRaster, place, 3, 2)) {
+        EXPECT_EQ(other.y, y);
+        EXPECT_EQ(std::abs(other.x - x), 16);
+      }
+      for (const RasterPlace& other : places_beyond(RasterEdges::kMirrored, kRaster, place, 3, 2)) {
+        EXPECT_EQ(8 - std::abs(8 - std::abs(other.x)), x < 8 ? x : 16 - x);
+        EXPECT_EQ(4 - std::abs(4 - std::abs(other.y)), y < 4 ? y : 8 - y);
+      }
+    }
+  }
+  // Every quarter pixel of the border once: its area, of (16 + 6) x (8 + 4) pixels without the raster.
+  EXPECT_EQ(found, 4 * (22 * 12 - 16 * 8));
+}
+
+TEST(PassFilm, AFilmWithoutAnEdgeKeepsAllThatLandsAtIt) {
+  FilterSpec spec;
+  spec.kind = FilterKind::kTriangle;
+  spec.radius_x = spec.radius_y = 2;
+  const PixelFilterRecord filter = PixelFilterRecord::build(spec);
+  for (const RasterEdges edges : {RasterEdges::kOverPole, RasterEdges::kMirrored}) {
+    wire::TileResult result = empty_result(0, 0, 8, 8, 0, 1);
+    PassFilm film(result, filter, 0, 0, edges, {8, 8});
+    ASSERT_TRUE(film.begin_pass());
+    const Splat splats[] = {{0.25f, 0.5f, {1, 1, 1}}, {7.75f, 7.125f, {1, 1, 1}}};
+    film.splat(splats);
+    film.end_pass();
+    EXPECT_NEAR(std::accumulate(result.values.begin(), result.values.begin() + 64, 0.0f), 2, 2e-6);
+  }
 }
 
 }  // namespace

@@ -97,7 +97,6 @@ inline const wire::AlgorithmTraits kSeesMedia{.name = "media", .media = true};
 inline const wire::AlgorithmTraits kFromLights{.name = "from lights",
                                                .work = wire::WorkKind::kPasses,
                                                .samples_all_light = true,
-                                               .starts_at_lights = true,
-                                               .projects_points = true};
+                                               .starts_at_lights = true};
 
 }  // namespace tessera::render

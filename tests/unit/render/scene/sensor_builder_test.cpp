@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <numbers>
 
+#include "absl/strings/str_cat.h"
 #include "render/scene/view/sensor.h"
 #include "render/scene/view/view.h"
 #include "unit/render/scene/builder_inputs.h"
@@ -57,6 +59,44 @@ TEST(BuildSensor, StandsRelativeToRenderSpaceAndSpansItsFieldOfView) {
   EXPECT_EQ(camera->kind, SensorKind::kThinLens);
   EXPECT_EQ(camera->lens_radius, 0.5f);
   EXPECT_TRUE(camera->steps.empty());
+}
+
+TEST(BuildSensor, FisheyesSpanTheirFieldByTheirMapping) {
+  const auto half_side_of = [](const std::string& mapping, double fov) {
+    const auto camera = sensor_of(absl::StrCat("fisheye { mapping: ", mapping, " fov_degrees: ", fov, " }"));
+    EXPECT_TRUE(camera.ok()) << camera.status();
+    return camera.ok() ? double{camera->offset_y} : 0.0;
+  };
+  EXPECT_NEAR(half_side_of("EQUIDISTANT", 360), std::numbers::pi, 1e-6);
+  EXPECT_NEAR(half_side_of("EQUISOLID", 180), std::numbers::sqrt2, 1e-6);
+  EXPECT_NEAR(half_side_of("STEREOGRAPHIC", 180), 2, 1e-6);
+  EXPECT_NEAR(half_side_of("ORTHOGRAPHIC", 60), 0.5, 1e-6);
+  const auto with_circle = sensor_of("fisheye { fov_degrees: 180 circle_degrees: 90 }");
+  ASSERT_TRUE(with_circle.ok());
+  EXPECT_FLOAT_EQ(with_circle->circle_angle, std::numbers::pi_v<float> / 4);
+  // No field at all, more than the mapping can show, and a circle that is none.
+  EXPECT_THAT(refusal("fisheye {}"), HasSubstr("EQUIDISTANT cannot see a field of 0 degrees"));
+  EXPECT_THAT(refusal("fisheye { fov_degrees: nan }"), HasSubstr("cannot see a field of nan degrees"));
+  EXPECT_THAT(refusal("fisheye { mapping: ORTHOGRAPHIC fov_degrees: 181 }"),
+              HasSubstr("ORTHOGRAPHIC cannot see a field of 181 degrees"));
+  EXPECT_THAT(refusal("fisheye { mapping: STEREOGRAPHIC fov_degrees: 360 }"),
+              HasSubstr("STEREOGRAPHIC cannot see a field of 360 degrees"));
+  EXPECT_THAT(refusal("fisheye { fov_degrees: 90 circle_degrees: -1 }"), HasSubstr("a circle of -1 degrees"));
+}
+
+TEST(BuildSensor, CylindersSpanTheirFieldAcrossTheFilm) {
+  const auto camera = sensor_of("cylindrical { fov_degrees: 360 }");
+  ASSERT_TRUE(camera.ok()) << camera.status();
+  EXPECT_FLOAT_EQ(camera->scale_x, 2 * std::numbers::pi_v<float> / 200);
+  EXPECT_FLOAT_EQ(camera->scale_y, -camera->scale_x);
+  EXPECT_FLOAT_EQ(camera->offset_y, std::numbers::pi_v<float> / 2);
+  EXPECT_EQ(edges_of(*camera), RasterEdges::kRound);
+  const auto half = sensor_of("cylindrical { fov_degrees: 180 }");
+  ASSERT_TRUE(half.ok());
+  EXPECT_EQ(edges_of(*half), RasterEdges::kOpen);
+  EXPECT_THAT(refusal("cylindrical { fov_degrees: 361 }"), HasSubstr("361 degrees is not in (0, 360]"));
+  EXPECT_THAT(refusal("cylindrical { fov_degrees: 90 } screen_window: [-1, 1, -1, 1]"),
+              HasSubstr("spherical and cylindrical ones have no screen window"));
 }
 
 TEST(BuildSensor, HasStepsWhereItMoves) {

@@ -1,6 +1,8 @@
 #include "render/scene/view/sensor.h"
 
 #include <cmath>
+#include <numbers>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "render/scene/placement/motion.h"
@@ -69,6 +71,72 @@ absl::Status check_for_algorithm(FilmSize film, const wire::AlgorithmTraits& alg
   return absl::OkStatus();
 }
 
+/// Distance on the film from its middle, in focal lengths, of what is seen at this angle (radians) from the
+/// axis; nothing where that is never seen.
+std::optional<double> fisheye_distance(v1::FisheyeCamera::Mapping mapping, double angle) {
+  constexpr double kPi = std::numbers::pi;
+  switch (mapping) {
+    case v1::FisheyeCamera::EQUISOLID:
+      return angle <= kPi ? std::optional(2 * std::sin(angle / 2)) : std::nullopt;
+    case v1::FisheyeCamera::STEREOGRAPHIC:
+      return angle < 0.99 * kPi ? std::optional(2 * std::tan(angle / 2)) : std::nullopt;
+    case v1::FisheyeCamera::ORTHOGRAPHIC:
+      return angle <= kPi / 2 ? std::optional(std::sin(angle)) : std::nullopt;
+    default:
+      return angle <= kPi ? std::optional(angle) : std::nullopt;
+  }
+}
+
+SensorKind kind_of(v1::FisheyeCamera::Mapping mapping) {
+  switch (mapping) {
+    case v1::FisheyeCamera::EQUISOLID:
+      return SensorKind::kFisheyeEquisolid;
+    case v1::FisheyeCamera::STEREOGRAPHIC:
+      return SensorKind::kFisheyeStereographic;
+    case v1::FisheyeCamera::ORTHOGRAPHIC:
+      return SensorKind::kFisheyeOrthographic;
+    default:
+      return SensorKind::kFisheyeEquidistant;
+  }
+}
+
+absl::Status set_fisheye(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
+  const v1::FisheyeCamera& fisheye = camera.fisheye();
+  constexpr double kHalfOfDegree = std::numbers::pi / 360;
+  const double fov = fisheye.fov_degrees(), circle = fisheye.circle_degrees();
+  const std::optional<double> half_side = fisheye_distance(fisheye.mapping(), fov * kHalfOfDegree);
+  if (!(fov > 0) || !half_side) {
+    return absl::InvalidArgumentError(absl::StrCat("camera: a fisheye of mapping ",
+                                                   v1::FisheyeCamera::Mapping_Name(fisheye.mapping()),
+                                                   " cannot see a field of ", fov, " degrees"));
+  }
+  if (!(circle >= 0 && circle <= 360)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera: a circle of ", circle, " degrees is not in (0, 360], nor 0, which is none"));
+  }
+  record.kind = kind_of(fisheye.mapping());
+  if (circle > 0) record.circle_angle = static_cast<float>(circle * kHalfOfDegree);
+  return set_screen(camera, film, *half_side, record);
+}
+
+absl::Status set_cylinder(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
+  const double fov = camera.cylindrical().fov_degrees();
+  if (!(fov > 0 && fov <= 360)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 360]"));
+  }
+  record.kind = SensorKind::kCylindrical;
+  const double width = fov * std::numbers::pi / 180, pixel = width / film.width;
+  record.scale_x = static_cast<float>(pixel), record.offset_x = static_cast<float>(-width / 2);
+  record.scale_y = static_cast<float>(-pixel), record.offset_y = static_cast<float>(pixel * film.height / 2);
+  return absl::OkStatus();
+}
+
+absl::Status refuse_screen(const v1::Camera& camera) {
+  if (camera.screen_window_size() == 0) return absl::OkStatus();
+  return absl::InvalidArgumentError("camera: spherical and cylindrical ones have no screen window");
+}
+
 /// How the film lies before the camera, and its lens.
 absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
   switch (camera.kind_case()) {
@@ -78,7 +146,7 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecor
         return absl::InvalidArgumentError(
             absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
       }
-      const double half_side = std::tan(fov * 3.14159265358979323846 / 360);
+      const double half_side = std::tan(fov * std::numbers::pi / 360);
       if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
       return set_lens(camera.perspective().lens_radius(), camera.perspective().focal_distance(), record);
     }
@@ -86,7 +154,13 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecor
       record.kind = SensorKind::kOrthographic;
       if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
       return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance(), record);
+    case v1::Camera::kFisheye:
+      return set_fisheye(camera, film, record);
+    case v1::Camera::kCylindrical:
+      if (auto s = refuse_screen(camera); !s.ok()) return s;
+      return set_cylinder(camera, film, record);
     case v1::Camera::kSpherical:
+      if (auto s = refuse_screen(camera); !s.ok()) return s;
       record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL
                         ? SensorKind::kOctahedral
                         : SensorKind::kEquirectangular;

@@ -44,7 +44,7 @@ absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
 std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
                                          const v1::JobSpec& job, const Settings& settings,
                                          const RenderSpace& space, FaultList& faults) {
-  if (settings.aovs.has(wire::HitAov::kMotion) && camera.has_spherical()) {
+  if (settings.aovs.has(wire::HitAov::kMotion) && (camera.has_spherical() || camera.has_cylindrical())) {
     faults.add(
         camera, place,
         absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));

@@ -3,23 +3,29 @@
 
 #include "render/core/constants.h"
 #include "render/sampling/sphere_map.h"
-#include "render/sensor/model/flat_raster.h"
+#include "render/sensor/model/about_point.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-constexpr SensorModel::Traits kAllAround{.connects = false, .has_axis = false};
-
 /// Columns are even in longitude, rows in latitude.
 class EquirectangularSensor final : public SensorModel {
  public:
-  EquirectangularSensor() : SensorModel(kAllAround) {}
+  EquirectangularSensor() : SensorModel(kAboutPoint) {}
 
   LocalRay start(const SensorRecord&, Vec2 square, Vec2) const override {
     const Float theta = kPi * square.y, phi = 2.0f * kPi * square.x;
     const Float sin_theta = sin(theta);
     return {sensor_origin(), {sin_theta * cos(phi), cos(theta), sin_theta * sin(phi)}};
+  }
+  LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2) const override {
+    const Float across = sqrt(sqr(point.x) + sqr(point.z));
+    const Float turn = atan2(point.z, point.x) * kInv2Pi;
+    const Vec2 square{select(turn < 0.0f, turn + 1.0f, turn), atan2(across, point.y) * kInvPi};
+    // A pixel has less solid angle the nearer it is to a pole.
+    const Float sin_theta = across / max(length(point), 1e-30f);
+    return from_point(sensor, point, square, 1.0f / (max(sin_theta, 1e-6f) * (2 * kPi * kPi)));
   }
   Float pixel_width(const SensorRecord& sensor, Float distance) const override {
     return distance * (2 * kPi * pixel_step(sensor));
@@ -29,13 +35,17 @@ class EquirectangularSensor final : public SensorModel {
 /// All pixels see the same solid angle.
 class OctahedralSensor final : public SensorModel {
  public:
-  OctahedralSensor() : SensorModel(kAllAround) {}
+  OctahedralSensor() : SensorModel(kAboutPoint) {}
 
   LocalRay start(const SensorRecord&, Vec2 square, Vec2) const override {
-    // Pixel filters reach beyond the square; it goes on mirrored there.
+    // Pixel filters reach beyond the square; it goes on mirrored there (RasterEdges::kMirrored).
     const auto fold = [](Float x) { return 1.0f - abs(1.0f - abs(x)); };
     const Vec3 w = direction_from_octahedral({fold(square.x), fold(square.y)});
     return {sensor_origin(), {w.x, w.z, w.y}};
+  }
+  LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2) const override {
+    const Vec3 w = point * (1.0f / max(length(point), 1e-30f));
+    return from_point(sensor, point, octahedral_from_direction({w.x, w.z, w.y}), Float(1 / (4 * kPi)));
   }
   Float pixel_width(const SensorRecord& sensor, Float distance) const override {
     return distance * (2 * std::sqrt(kPi) * pixel_step(sensor));  // the square is mapped to 4 pi steradians

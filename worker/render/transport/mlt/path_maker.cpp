@@ -15,9 +15,11 @@ PathMaker::PathMaker(const IntegratorContext& context)
       connects_(connects_to_points(context.scene.sensor)),
       starts_(context),
       transit_(context) {
-  // Filters are about the pixels' centres.
-  left_ = 0.5f - scene_.filter.x.radius;
-  top_ = 0.5f - scene_.filter.y.radius;
+  // Filters are about the pixels' centres. What a film without an edge sees beyond it, it sees within, too.
+  const RasterEdges edges = edges_of(scene_.sensor);
+  const bool open = edges == RasterEdges::kOpen;
+  left_ = open ? 0.5f - scene_.filter.x.radius : 0.0f;
+  top_ = open || edges == RasterEdges::kRound ? 0.5f - scene_.filter.y.radius : 0.0f;
   width_ = static_cast<float>(scene_.sensor.width) - 2 * left_;
   height_ = static_cast<float>(scene_.sensor.height) - 2 * top_;
   film_area_ = width_ * height_;

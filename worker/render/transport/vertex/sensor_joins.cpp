@@ -12,8 +12,10 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// Lanes whose place on the film is seen by a pixel of the rectangle.
+/// Lanes whose place on the film is seen by a pixel of the rectangle. Where the film has no edge, places on
+/// one side of it are seen by pixels on another.
 Mask lands(const SceneTables& scene, Vec2 film, const FilmRect& rect) {
+  if (edges_of(scene.sensor) != RasterEdges::kOpen) return Mask::all();
   const float rx = scene.filter.x.radius, ry = scene.filter.y.radius;
   return (film.x > static_cast<float>(rect.x0) - rx) & (film.x < static_cast<float>(rect.x1) + rx) &
          (film.y > static_cast<float>(rect.y0) - ry) & (film.y < static_cast<float>(rect.y1) + ry);
