@@ -173,7 +173,7 @@ constexpr std::array kAlgorithms{
 
 /// An algorithm that older versions had, and the one to take in its place.
 struct RemovedAlgorithm {
-  std::string_view name, instead, why;
+  const char *name, *instead, *why;
 };
 constexpr std::array kRemoved{
     RemovedAlgorithm{"preview", "raycast", "shows what the camera sees, with shadows, in less time"}};
@@ -237,7 +237,7 @@ const AlgorithmTraits* find_algorithm(std::string_view name) {
   return it == all.end() ? nullptr : &*it;
 }
 
-std::string why_no_algorithm(std::string_view name, std::span<const std::string_view> others) {
+std::string why_no_algorithm(const std::string& name, std::span<const char* const> others) {
   std::vector<std::string> names;
   for (const AlgorithmTraits& algorithm : table()) names.emplace_back(algorithm.name);
   names.insert(names.end(), others.begin(), others.end());

@@ -98,7 +98,7 @@ const AlgorithmTraits* find_algorithm(std::string_view name);
 
 /// Tells, for people, that no algorithm has this name: the one that took its place or the nearest name, then
 /// all names that there are, `others` last.
-std::string why_no_algorithm(std::string_view name, std::span<const std::string_view> others = {});
+std::string why_no_algorithm(const std::string& name, std::span<const char* const> others = {});
 
 /// Returns InvalidArgument with why_no_algorithm() where no algorithm has this name.
 absl::Status check_algorithm_name(const std::string& name);
