@@ -15,7 +15,7 @@ namespace {
 
 std::string check_integrator(const std::string& name) {
   if (name == kAutoIntegrator || wire::find_algorithm(name) != nullptr) return "";
-  return wire::why_no_algorithm(name, std::array<std::string_view, 1>{kAutoIntegrator});
+  return wire::why_no_algorithm(name, std::array<const char*, 1>{kAutoIntegrator});
 }
 
 std::vector<options::Choice> integrators() {
