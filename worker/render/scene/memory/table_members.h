@@ -60,7 +60,8 @@ TESSERA_MEMBERS(SensitivityTable, quantiles, light, matter, from_nm, to_nm, band
                 bands_per_nm)
 TESSERA_MEMBERS(Response, exposure, sensitivity)
 TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, scale_x, scale_y, offset_x, offset_y,
-                lens_radius, focal_distance, near_clip, far_clip, width, height, medium, response)
+                circle_angle, lens_radius, focal_distance, near_clip, far_clip, width, height, medium,
+                response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)
 TESSERA_MEMBERS(PixelFilterRecord, kind, x, y)
 TESSERA_MEMBERS(LayerAutomaton, states, events, ends, begin, next, layers, shadows)
