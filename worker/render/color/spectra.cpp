@@ -69,7 +69,7 @@ Color coefficients_of(const SpectralTables& tables, const Color& color, Mask act
   const Int first = ((plane * n + level.low) * n + y.low) * n + x.low;
   const auto at = [&](std::int32_t up, std::int32_t along_next, std::int32_t along_after_next) {
     const Int index = first + (up * n + along_next) * n + along_after_next;
-    const Float4 row = gather4(tables.coefficients.data(), index * 4, active);
+    const Float4 row = gather4(tables.coefficients, index * 4, active);
     return color_of([&](int i) { return row.c[i]; });
   };
   const auto on_level = [&](std::int32_t up) {

@@ -91,10 +91,10 @@ double luminance(const Rgb& c) { return 0.212671 * c.r + 0.715160 * c.g + 0.0721
 
 SpectralBuilder::SpectralBuilder(SpectralTables& tables) : tables_(tables) {
   const spectra::SigmoidTable& sigmoids = spectra::sigmoid_table();
-  for (const spectra::SigmoidCoefficients& k : sigmoids.entries())
-    tables.coefficients.insert(tables.coefficients.end(), {k.c0, k.c1, k.c2, 0});
-  tables.levels.assign(sigmoids.along_levels().begin(), sigmoids.along_levels().end());
-  tables.ratios.assign(sigmoids.ratios().begin(), sigmoids.ratios().end());
+  const spectra::SigmoidNodes& nodes = sigmoids.nodes();
+  tables.coefficients = sigmoids.rows().data();
+  tables.levels.assign(nodes.along_levels.begin(), nodes.along_levels.end());
+  tables.ratios.assign(nodes.ratios.begin(), nodes.ratios.end());
   const spectra::Curve daylight = spectra::unit_d65();
   add_curve([&](double nm) { return daylight.at(nm); });
   const std::vector<Triple> response = rec709_response(tables.curves);
