@@ -123,7 +123,16 @@ Spectrum Spectra::factor(const Color& color, Mask active) const {
   const Color positive = max(color, 0.0f);
   const Float largest = positive.max_component();
   // Factors above 1 are twice as large as the sigmoid: half of the light is smoother than all of it.
-  const Float scale = select(largest > 1.0f, largest * 2.0f, 1.0f);
+  return scaled(positive, select(largest > 1.0f, largest * 2.0f, 1.0f), active);
+}
+
+Spectrum Spectra::density(const Color& color, Mask active) const {
+  const Color positive = max(color, 0.0f);
+  const Float largest = positive.max_component();
+  return scaled(positive, select(largest > 0.0f, largest * 2.0f, 1.0f), active);
+}
+
+Spectrum Spectra::scaled(const Color& positive, Float scale, Mask active) const {
   const Mask grey = (positive.c[0] == positive.c[1]) & (positive.c[1] == positive.c[2]);
   if (none(and_not(active, grey))) return Spectrum(positive.c[0]);
   const Color coefficients = coefficients_of(*tables_, positive * (1.0f / scale), active);
