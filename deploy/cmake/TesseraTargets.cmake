@@ -283,10 +283,10 @@ function(tessera_kernel_objects folder)
   endforeach()
 endfunction()
 
-# tessera_kernel_test_program(NAME [SOURCES...] KERNELS folders... [DEPENDS targets...]): one program an ISA,
-# NAME_<isa>, without any entry.
+# tessera_kernel_test_program(NAME [SOURCES...] [SPECTRAL] KERNELS folders... [DEPENDS targets...]): one program
+# an ISA, NAME_<isa>, without any entry; with SPECTRAL for light of wavelengths, where folders know of it.
 function(tessera_kernel_test_program name)
-  cmake_parse_arguments(arg "" "" "KERNELS;DEPENDS" ${ARGN})
+  cmake_parse_arguments(arg "SPECTRAL" "" "KERNELS;DEPENDS" ${ARGN})
   foreach(isa ${TESSERA_ISAS})
     set(program ${name}_${isa})
     add_executable(${program} ${arg_UNPARSED_ARGUMENTS})
@@ -298,8 +298,17 @@ function(tessera_kernel_test_program name)
     target_precompile_headers(${program} REUSE_FROM tessera_kernel_test_main_${isa})
     tessera_in_batches(${program})
     foreach(kernel ${arg_KERNELS})
-      target_link_libraries(${program} PRIVATE tessera_${kernel}_kernel_${isa})
+      if(arg_SPECTRAL AND TARGET tessera_${kernel}_spectral_${isa})
+        target_link_libraries(${program} PRIVATE tessera_${kernel}_spectral_${isa})
+      endif()
+      # Of colours, which know no light, both have parts.
+      if(NOT arg_SPECTRAL OR NOT TARGET tessera_${kernel}_spectral_${isa} OR kernel STREQUAL "color")
+        target_link_libraries(${program} PRIVATE tessera_${kernel}_kernel_${isa})
+      endif()
     endforeach()
+    if(arg_SPECTRAL)
+      target_compile_definitions(${program} PRIVATE TESSERA_SPECTRAL)
+    endif()
     target_link_libraries(${program} PRIVATE ${arg_DEPENDS})
     set_target_properties(${program} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests)
   endforeach()

@@ -28,6 +28,19 @@ Curve uniform_curve(float first_nm, float step_nm, std::span<const float> values
   return curve;
 }
 
+void add_zero_ends(Curve& curve, float first_nm, float last_nm) {
+  // With room to spare at these wavelengths.
+  constexpr float kStepNm = 0.01f;
+  if (curve.nm.front() > first_nm) {
+    curve.nm.insert(curve.nm.begin(), curve.nm.front() - kStepNm);
+    curve.values.insert(curve.values.begin(), 0);
+  }
+  if (curve.nm.back() < last_nm) {
+    curve.nm.push_back(curve.nm.back() + kStepNm);
+    curve.values.push_back(0);
+  }
+}
+
 absl::Status check_curve(const Curve& curve) {
   if (curve.nm.size() != curve.values.size()) {
     return absl::InvalidArgumentError(absl::StrCat("a spectrum needs one value a wavelength, but has ",
@@ -43,10 +56,20 @@ absl::Status check_curve(const Curve& curve) {
       return absl::InvalidArgumentError(
           absl::StrCat("the value of a spectrum at ", curve.nm[i], " nm is not finite"));
     }
+    if (curve.values[i] < 0) {
+      return absl::InvalidArgumentError(absl::StrCat("the value of a spectrum at ", curve.nm[i], " nm is ",
+                                                     curve.values[i], ", which is negative"));
+    }
     if (i > 0 && !(curve.nm[i] > curve.nm[i - 1])) {
       return absl::InvalidArgumentError(absl::StrCat("wavelengths of a spectrum must ascend, but ",
                                                      curve.nm[i], " nm follows ", curve.nm[i - 1], " nm"));
     }
+  }
+  constexpr float kFirstNm = 300, kLastNm = 1000;
+  if (curve.nm.back() < kFirstNm || curve.nm.front() > kLastNm) {
+    return absl::InvalidArgumentError(absl::StrCat("a spectrum has wavelengths from ", curve.nm.front(),
+                                                   " to ", curve.nm.back(), " nm, and none from ", kFirstNm,
+                                                   " to ", kLastNm, " nm"));
   }
   return absl::OkStatus();
 }

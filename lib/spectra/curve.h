@@ -20,8 +20,13 @@ struct Curve {
 /// `values` at first, first + step, ... nanometres.
 Curve uniform_curve(float first_nm, float step_nm, std::span<const float> values);
 
-/// InvalidArgument for a curve that is empty, whose wavelengths and values do not pair up, are not finite, or
-/// do not strictly ascend; the message names the sample.
+/// Makes a curve 0 beyond its ends, where they lie within the range, by steps as steep as floats allow. Needs
+/// at least one sample.
+void add_zero_ends(Curve& curve, float first_nm, float last_nm);
+
+/// InvalidArgument for a curve that is empty, whose wavelengths and values do not pair up or are not finite,
+/// whose wavelengths do not strictly ascend or are all beyond what is seen (in micrometres, perhaps), or that
+/// is negative somewhere; the message names the sample.
 absl::Status check_curve(const Curve& curve);
 
 }  // namespace tessera::spectra

@@ -1,7 +1,7 @@
 #include "spectra/named_spectra.h"
 
 #include <algorithm>
-#include <array>
+#include <iterator>
 #include <utility>
 
 #include "spectra/light/daylight.h"
@@ -26,9 +26,10 @@ bool consume_suffix(std::string_view& text, std::string_view suffix) {
 }
 
 /// The metals that pbrt-v4 has; Mitsuba means other measurements by the names of others.
+constexpr std::string_view kMetals[] = {"Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"};
+
 std::optional<Metal> find_pbrt_metal(std::string_view name) {
-  constexpr std::array<std::string_view, 7> kNames = {"Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"};
-  return std::find(kNames.begin(), kNames.end(), name) == kNames.end() ? std::nullopt : find_metal(name);
+  return std::ranges::find(kMetals, name) == std::end(kMetals) ? std::nullopt : find_metal(name);
 }
 
 std::optional<Curve> unit_luminance(std::optional<Curve> curve) {
@@ -55,6 +56,22 @@ std::optional<Curve> find_named_spectrum(std::string_view name) {
   }
   if (name == "illum-acesD60") return unit_luminance(find_illuminant("acesD60"));
   return std::nullopt;
+}
+
+std::vector<std::string> names_of_spectra() {
+  std::vector<std::string> names;
+  const auto add = [&names](std::string_view start, std::string_view name, std::string_view end = "") {
+    names.push_back(std::string(start).append(name).append(end));
+  };
+  for (const std::string_view metal : kMetals) add("metal-", metal, "-eta"), add("metal-", metal, "-k");
+  for (const std::string_view glass : kGlassNames) add("glass-", glass);
+  for (const std::string_view illuminant : kIlluminantNames) {
+    if (illuminant == "acesD60")
+      add("illum-", illuminant);
+    else
+      add("stdillum-", illuminant);
+  }
+  return names;
 }
 
 }  // namespace tessera::spectra

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "spectra/curve.h"
 
@@ -14,5 +16,8 @@ namespace tessera::spectra {
 /// light/illuminants.h. All are as pbrt-v4 has them, also its D50 (light/daylight.h). Illuminants are scaled
 /// to a luminance of 1 (rgb/pbrt_luminance.h).
 std::optional<Curve> find_named_spectrum(std::string_view name);
+
+/// The names that find_named_spectrum() knows.
+std::vector<std::string> names_of_spectra();
 
 }  // namespace tessera::spectra

@@ -21,7 +21,7 @@ void write_point(const Imath::V3d& from, v1::Point3& to) {
 Imath::V3d origin_of(const Imath::M44d& t) { return {t[3][0], t[3][1], t[3][2]}; }
 
 v1::Spectrum emission(PropertyReader& reader, std::string_view name) {
-  return rgb_spectrum(read_color(reader, name, 1, ColorUse::kEmission));
+  return read_color(reader, name, 1, ColorUse::kEmission).to_spectrum();
 }
 
 void write_point_light(PropertyReader& reader, SceneTextures&, v1::Light& light) {
@@ -111,7 +111,7 @@ void write_projector(PropertyReader& reader, SceneTextures& textures, v1::Light&
   // Mitsuba's "irradiance" is short of a factor pi.
   const double scale = reader.number("scale", 1) * std::numbers::pi;
   Object* varying = nullptr;
-  std::array<double, 3> color = {1, 1, 1};
+  ConstantColor color{{1, 1, 1}};
   if (const Property* irradiance = reader.find("irradiance")) {
     if (const auto constant = read_constant_color(reader, *irradiance, ColorUse::kEmission)) {
       color = *constant;
@@ -119,8 +119,8 @@ void write_projector(PropertyReader& reader, SceneTextures& textures, v1::Light&
       varying = reader.named_child("irradiance", "texture");
     }
   }
-  for (double& component : color) component *= scale;
-  *projector.mutable_intensity() = rgb_spectrum(color);
+  color *= scale;
+  *projector.mutable_intensity() = color.to_spectrum();
   if (varying != nullptr) projector.set_texture(textures.use(*varying, TextureRole::kColor));
 
   const double aspect = aspect_of(reader.context(), varying);
@@ -188,9 +188,9 @@ void write_area_light(Context& context, SceneTextures& textures, Object& emitter
   if (may_have_normals && weight > 0) light.set_interpolated_normal_pick(static_cast<float>(weight));
   const Property* radiance = reader.find("radiance");
   Object* const* object = radiance == nullptr ? nullptr : std::get_if<Object*>(&radiance->value);
-  const auto constant = radiance == nullptr ? std::optional<std::array<double, 3>>({1, 1, 1})
+  const auto constant = radiance == nullptr ? std::optional(ConstantColor{{1, 1, 1}})
                                             : read_constant_color(reader, *radiance, ColorUse::kEmission);
-  *light.mutable_radiance() = rgb_spectrum(constant.value_or(std::array<double, 3>{1, 1, 1}));
+  *light.mutable_radiance() = constant.value_or(ConstantColor{{1, 1, 1}}).to_spectrum();
   if (!constant && object != nullptr && (*object)->tag == "texture") {
     light.set_texture(textures.use(**object, TextureRole::kColor));
   } else if (!constant) {

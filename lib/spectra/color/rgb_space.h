@@ -30,6 +30,8 @@ inline constexpr RgbSpace kRec2020 = {{0.708, 0.292}, {0.170, 0.797}, {0.131, 0.
 inline constexpr RgbSpace kP3D65 = {{0.680, 0.320}, {0.265, 0.690}, {0.150, 0.060}, kWhiteD65};
 /// AP1 [Academy S-2014-004].
 inline constexpr RgbSpace kAcesCg = {{0.713, 0.293}, {0.165, 0.830}, {0.128, 0.044}, {0.32168, 0.33767}};
+/// AP0, of ACES2065-1 [SMPTE ST 2065-1].
+inline constexpr RgbSpace kAces2065 = {{0.7347, 0.2653}, {0, 1}, {0.0001, -0.0770}, {0.32168, 0.33767}};
 
 /// Linear RGB to XYZ: (1, 1, 1) becomes the space's white with Y = 1.
 Matrix3 xyz_from_rgb(const RgbSpace& space);

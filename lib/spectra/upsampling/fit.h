@@ -13,7 +13,8 @@ struct SigmoidFit {
 };
 
 /// The sigmoid that has the colour `rgb` in linear Rec.709 under D65, sought from `start` [Jakob & Hanika
-/// 2019]. Components are in [0, 1].
+/// 2019]. Components are in [-1, 2]; where they are not in [0, 1], there may be none, and the fit is the
+/// nearest that was found.
 SigmoidFit fit_sigmoid(const Triple& rgb, const Triple& start);
 
 }  // namespace tessera::spectra

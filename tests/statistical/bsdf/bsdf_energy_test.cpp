@@ -10,20 +10,19 @@ double square(double x) { return x * x; }
 
 /// Energy scattered of light along wo.
 struct Albedo {
-  std::array<double, 3> mean{};  // each component's mean weight, refraction's radiance factor taken back
-  double deviation = 0;          // standard deviation of the first component's weights
+  Components mean{};     // each component's mean weight, refraction's radiance factor taken back
+  double deviation = 0;  // standard deviation of the first component's weights
 };
 
 Albedo albedo_of(const BsdfCase& bsdf, const Direction& wo, int samples) {
   Albedo albedo;
   double squares = 0;
-  const float spread = bsdf.further[render::slot::kSpread];
+  const bool disperses = bsdf.further[render::slot::kSpread] != 0;
   bsdf.for_each_even_sample(wo, samples, [&](const Sample& s) {
     if (!s.valid) return;
-    for (std::size_t c = 0; c < 3; ++c) {
-      // With an index for each channel, radiance is scaled by each.
-      const double index = bsdf.scalar(2) + spread * (static_cast<double>(c) - 1);
-      const double eta = spread == 0 ? s.eta : wo[2] > 0 ? index : 1 / index;
+    for (std::size_t c = 0; c < kComponents; ++c) {
+      // With an index for each component, radiance is scaled by each.
+      const double eta = !disperses ? s.eta : wo[2] > 0 ? bsdf.index(c) : 1 / bsdf.index(c);
       const double scaled = s.weight[c] * (s.transmission ? eta * eta : 1);
       albedo.mean[c] += scaled;
       if (c == 0) squares += square(scaled);
@@ -33,7 +32,7 @@ Albedo albedo_of(const BsdfCase& bsdf, const Direction& wo, int samples) {
   albedo.deviation = std::sqrt(std::max(squares / samples - square(albedo.mean[0]), 0.0));
   return albedo;
 }
-std::array<double, 3> albedo(const BsdfCase& bsdf, const Direction& wo, int samples = 1 << 14) {
+Components albedo(const BsdfCase& bsdf, const Direction& wo, int samples = 1 << 14) {
   return albedo_of(bsdf, wo, samples).mean;
 }
 

@@ -62,9 +62,7 @@ double rounding(const BsdfCase& bsdf, std::size_t channel, const Direction& a, c
   double spread = 1;
   const bool refracts = bsdf.kind == render::BsdfKind::kDielectric || (bsdf.flags & render::kHasInside) != 0;
   if (!refracts) return 2e-6 / (alpha * cosine);
-  const double index =
-      bsdf.scalar(2) + bsdf.further[render::slot::kSpread] * (static_cast<double>(channel) - 1);
-  const double eta = a[2] > 0 ? index : 1 / index;
+  const double index = bsdf.index(channel), eta = a[2] > 0 ? index : 1 / index;
   if (a[2] * b[2] > 0) {
     const double g2 = (eta - 1) * (eta + 1) + 0.5 * (1 + dot(a, b));
     if (std::abs(g2) < kNearlyCritical) return std::numeric_limits<double>::infinity();
@@ -94,7 +92,7 @@ TEST(BsdfReciprocity, HoldsForAMillionPairs) {
     for (int round = 0; round < rounds; ++round) {
       const Pairs pairs = random_pairs(bsdf, round % 2 == 1, random);
       const kernel::Vec3 a = wide(pairs.there), b = wide(pairs.back);
-      const auto c = static_cast<std::size_t>(round % 3);
+      const auto c = static_cast<std::size_t>(round) % kComponents;
       float there[16], back[16];
       store(adjoint.eval(a, b).f_cos.c[c], there);
       store(bsdf.eval(b, a).f_cos.c[c], back);

@@ -81,12 +81,12 @@ TEST(CoatedConductor, SmoothLayersAreAGeometricSeries) {
     const Direction wo = direction(theta, 30);
     const Direction inside = direction(std::asin(std::sin(theta * M_PI / 180) / 1.5) * 180 / M_PI, 30);
     const double r = coat.sample(wo, 0, 0.5f, 0.5f).pdf;
-    std::array<Mean, 3> mean;
+    std::array<Mean, kComponents> mean;
     bsdf.for_each_sample(wo, 1 << 16, 5, [&](const Sample& s) {
       ASSERT_TRUE(s.valid && s.specular);
-      for (int c = 0; c < 3; ++c) mean[c].add(s.weight[c]);
+      for (std::size_t c = 0; c < kComponents; ++c) mean[c].add(s.weight[c]);
     });
-    for (int c = 0; c < 3; ++c) {
+    for (std::size_t c = 0; c < kComponents; ++c) {
       const double metal = base.sample(inside, 0.5f, 0.5f, 0.5f).weight[c];
       EXPECT_NEAR(mean[c].value(), r + (1 - r) * (1 - r) * metal / (1 - r * metal),
                   4 * mean[c].error() + 1e-5);

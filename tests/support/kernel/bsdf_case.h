@@ -46,16 +46,21 @@ inline kernel::Vec3 wide(const Direction (&w)[kernel::kWidth]) {
 }
 inline void store(kernel::Float value, float (&lanes)[kernel::kWidth]) { value.store_unaligned(lanes); }
 
+/// A number for each component of light: red, green and blue, or wavelengths where the test is compiled for
+/// those (TESSERA_SPECTRAL).
+inline constexpr std::size_t kComponents = kernel::kSpectrumLanes;
+using Components = std::array<double, kComponents>;
+
 /// One lane of a BsdfEval.
 struct Eval {
-  std::array<double, 3> f_cos;
+  Components f_cos;
   double pdf;
 };
 
 /// One lane of a BsdfSample.
 struct Sample {
   Direction wi;
-  std::array<double, 3> weight;
+  Components weight;
   double pdf, eta;
   bool valid, specular, transmission;
 };
@@ -136,6 +141,19 @@ class BsdfCase {
 
   float extended(int i) const { return extended_[static_cast<std::size_t>(i)]; }
 
+  /// The index of a dielectric for a component, where it disperses as glTF has it.
+  double index(std::size_t component) const {
+#ifdef TESSERA_SPECTRAL
+    // Cauchy's formula through the Fraunhofer lines.
+    constexpr double kD = 587.56, kF = 486.13, kC = 656.27;
+    const double nm = wavelengths_nm_[component];
+    const double part = 2 * (1 / (nm * nm) - 1 / (kD * kD)) / (1 / (kF * kF) - 1 / (kC * kC));
+#else
+    const double part = static_cast<double>(component) - 1;
+#endif
+    return scalar(render::slot::kEta) + double{further[render::slot::kSpread]} * part;
+  }
+
   kernel::BsdfParams params() const {
     kernel::BsdfParams params;
     for (int s = 0; s < render::kMaterialSpectra; ++s) {
@@ -152,6 +170,10 @@ class BsdfCase {
     }
     for (int s = 0; s < render::kExtendedScalars; ++s)
       params.extended[s] = extended_[static_cast<std::size_t>(s)];
+#ifdef TESSERA_SPECTRAL
+    for (std::size_t c = 0; c < kComponents; ++c) params.wavelengths.c[c] = kernel::Float(wavelengths_nm_[c]);
+    params.luminance = kernel::luminance(spectra_[0][0], spectra_[0][1], spectra_[0][2]);
+#endif
     params.coat_table = kernel::Int(0);
     params.coat_tables = table_.coat_tables.data();
     if (flags & render::kUsesFurther) set_further(params);
@@ -167,7 +189,9 @@ class BsdfCase {
 
   Eval eval(const Direction& wo, const Direction& wi) const {
     const kernel::BsdfEval e = eval(wide(wo), wide(wi));
-    return {{e.f_cos.c[0].lane(0), e.f_cos.c[1].lane(0), e.f_cos.c[2].lane(0)}, e.pdf.lane(0)};
+    Eval result{{}, e.pdf.lane(0)};
+    for (std::size_t c = 0; c < kComponents; ++c) result.f_cos[c] = e.f_cos.c[c].lane(0);
+    return result;
   }
   Sample sample(const Direction& wo, float u_lobe, float u0, float u1) const {
     return lane(sample(wide(wo), u_lobe, {u0, u1}), 0);
@@ -200,28 +224,25 @@ class BsdfCase {
 
   template <class F>
   static void for_each_lane(const kernel::BsdfSample& s, F&& f) {
-    float x[16], y[16], z[16], weight[3][16], pdf[16], eta[16];
+    float x[16], y[16], z[16], weight[kComponents][16], pdf[16], eta[16];
     store(s.wi.x, x), store(s.wi.y, y), store(s.wi.z, z), store(s.pdf, pdf), store(s.eta, eta);
-    for (int c = 0; c < 3; ++c) store(s.weight.c[c], weight[c]);
+    for (std::size_t c = 0; c < kComponents; ++c) store(s.weight.c[c], weight[c]);
     const std::uint32_t valid = s.valid.bits(), specular = s.specular.bits(),
                         transmission = s.transmission.bits();
     for (int i = 0; i < kernel::kWidth; ++i) {
-      f(Sample{{x[i], y[i], z[i]},
-               {weight[0][i], weight[1][i], weight[2][i]},
-               pdf[i],
-               eta[i],
-               (valid >> i & 1) != 0,
-               (specular >> i & 1) != 0,
-               (transmission >> i & 1) != 0});
+      Sample sample{
+          {x[i], y[i], z[i]},          {}, pdf[i], eta[i], (valid >> i & 1) != 0, (specular >> i & 1) != 0,
+          (transmission >> i & 1) != 0};
+      for (std::size_t c = 0; c < kComponents; ++c) sample.weight[c] = weight[c][i];
+      f(sample);
     }
   }
 
  private:
   void set_further(kernel::BsdfParams& params) const {
     params.film_table = table_.film_table.data();
-    for (kernel::Spectrum& color : params.further_colors) {
-      for (int c = 0; c < kernel::kSpectrumLanes; ++c)
-        color.c[c] = further_color[static_cast<std::size_t>(c % 3)];
+    for (kernel::Color& color : params.further_colors) {
+      for (std::size_t c = 0; c < 3; ++c) color.c[c] = further_color[c];
     }
     for (int s = 0; s < render::kFurtherScalars; ++s)
       params.further[s] = further[static_cast<std::size_t>(s)];
@@ -242,7 +263,17 @@ class BsdfCase {
     return result;
   }
 
+  /// A random set for each name.
+  static std::array<float, kComponents> wavelengths_of(const std::string& name) {
+    std::seed_seq seed(name.begin(), name.end());
+    std::mt19937 random(seed);
+    std::array<float, kComponents> nm;
+    for (float& one : nm) one = std::uniform_real_distribution<float>(380, 780)(random);
+    return nm;
+  }
+
   std::array<float, 3> spectra_[render::kMaterialSpectra];
+  std::array<float, kComponents> wavelengths_nm_ = wavelengths_of(name);
   std::vector<float> scalars_, extended_;
   render::MaterialTable table_;
 };

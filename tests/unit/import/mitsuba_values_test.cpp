@@ -10,10 +10,11 @@ using testing::HasSubstr;
 using MitsubaValues = MitsubaTest;
 
 void expect_rgb(const v1::Spectrum& spectrum, double r, double g, double b, double tolerance) {
-  ASSERT_TRUE(spectrum.has_rgb()) << spectrum.ShortDebugString();
-  EXPECT_NEAR(spectrum.rgb().r(), r, tolerance);
-  EXPECT_NEAR(spectrum.rgb().g(), g, tolerance);
-  EXPECT_NEAR(spectrum.rgb().b(), b, tolerance);
+  ASSERT_TRUE(spectrum.has_rgb() || spectrum.has_in_rgb()) << spectrum.ShortDebugString();
+  const v1::Rgb& rgb = spectrum.has_in_rgb() ? spectrum.in_rgb() : spectrum.rgb();
+  EXPECT_NEAR(rgb.r(), r, tolerance);
+  EXPECT_NEAR(rgb.g(), g, tolerance);
+  EXPECT_NEAR(rgb.b(), b, tolerance);
 }
 
 // Rounding of a float near one.
@@ -50,9 +51,65 @@ TEST_F(MitsubaValues, AReflectedUniformSpectrumIsGrey) {
   expect_rgb(reflectance("filename='grey.spd'"), 0.5, 0.5, 0.5, kSteps);
   // Nothing beyond the samples: all that is left is red.
   const v1::Spectrum red = reflectance("value='630:1 830:1'");
-  EXPECT_GT(red.rgb().r(), 0.2);
-  EXPECT_LT(red.rgb().g(), 0.05);
-  EXPECT_EQ(red.rgb().b(), 0);
+  EXPECT_GT(red.in_rgb().r(), 0.2);
+  EXPECT_LT(red.in_rgb().g(), 0.05);
+  EXPECT_EQ(red.in_rgb().b(), 0);
+  // Jobs of wavelengths get the curve.
+  EXPECT_THAT(red.sampled().wavelengths_nm(), testing::ElementsAre(629.99f, 630, 830));
+  EXPECT_THAT(red.sampled().values(), testing::ElementsAre(0, 1, 1));
+}
+
+TEST_F(MitsubaValues, SpectraOfPluginsAreCurves) {
+  const auto radiance = [&](const std::string& spectrum) {
+    return scene("<emitter type='constant'>" + spectrum + "</emitter>").scene.lights(0).infinite().radiance();
+  };
+  const v1::Spectrum regular = radiance(
+      "<spectrum name='radiance' type='regular'><float name='wavelength_min' value='400'/>"
+      "<float name='wavelength_max' value='700'/><string name='values' value='1, 2, 4'/></spectrum>");
+  EXPECT_THAT(regular.sampled().wavelengths_nm(), testing::ElementsAre(399.99f, 400, 550, 700, 700.01f));
+  EXPECT_THAT(regular.sampled().values(), testing::ElementsAre(0, 1, 2, 4, 0));
+  const v1::Spectrum irregular = radiance(
+      "<spectrum name='radiance' type='irregular'><string name='wavelengths' value='400 550 700'/>"
+      "<string name='values' value='1 2 4'/></spectrum>");
+  EXPECT_EQ(irregular.ShortDebugString(), regular.ShortDebugString());
+  EXPECT_EQ(radiance("<spectrum name='radiance' value='400:1, 550:2, 700:4'/>").ShortDebugString(),
+            regular.ShortDebugString());
+  // 5000 K: 2 h c^2 / l^5 / (exp(h c / (l k T)) - 1) at 560 nm is 12762.2 W / (m^2 sr nm).
+  const v1::Spectrum black = radiance(
+      "<spectrum name='radiance' type='blackbody'><float name='temperature' value='5000'/></spectrum>");
+  ASSERT_EQ(black.sampled().values_size(), 471);
+  EXPECT_EQ(black.sampled().wavelengths_nm(200), 560);
+  EXPECT_NEAR(black.sampled().values(200), 12762.2, 0.5);
+  EXPECT_GT(black.in_rgb().r(), black.in_rgb().b());
+}
+
+TEST_F(MitsubaValues, DaylightIsTheColourItself) {
+  const ImportedScene result = scene(
+      "<emitter type='constant'><spectrum name='radiance' type='d65'><float name='scale' "
+      "value='3'/></spectrum>"
+      "</emitter>");
+  EXPECT_FALSE(result.scene.lights(0).infinite().radiance().has_sampled());
+  expect_rgb(result.scene.lights(0).infinite().radiance(), 3, 3, 3, 0);
+}
+
+TEST_F(MitsubaValues, FaultsOfSpectraAreToldAtTheirPlaces) {
+  const auto fault = [&](const std::string& spectrum) {
+    return error_of(import_xml(with_sensor("<emitter type='constant'>\n" + spectrum + "</emitter>")));
+  };
+  EXPECT_THAT(fault("<spectrum name='radiance' value='400:1, 500:-2'/>"),
+              AllOf(HasSubstr("the value at 500 nm is -2, which is negative"), HasSubstr("scene.xml:4:1: ")));
+  EXPECT_THAT(fault("<spectrum name='radiance' value='500:1, 400:2'/>"), HasSubstr("must ascend"));
+  EXPECT_THAT(fault("<spectrum name='radiance' value='400:nan, 500:2'/>"),
+              HasSubstr("expected wavelength:value"));
+  EXPECT_THAT(fault("<spectrum name='radiance' value='0.4:1, 0.7:2'/>"),
+              HasSubstr("none from 300 to 1000 nm"));
+  EXPECT_THAT(fault("<spectrum name='radiance' type='irregular'><string name='wavelengths' value='400 500'/>"
+                    "<string name='values' value='1 2 3'/></spectrum>"),
+              HasSubstr("2 wavelengths and 3 values"));
+  EXPECT_THAT(fault("<spectrum name='radiance' type='regular'/>"), HasSubstr("a list of numbers"));
+  EXPECT_THAT(fault("<spectrum name='radiance' type='blackbody'><float name='temperature' value='-1'/>"
+                    "</spectrum>"),
+              HasSubstr("a temperature above 0"));
 }
 
 TEST_F(MitsubaValues, MetalsAreWhatMitsubaMakesOfThem) {
@@ -233,12 +290,18 @@ TEST_F(MitsubaValues, AllNamedConductors) {
   for (const char* name : {"Ag", "a-C", "W", "V_palik", "Se-e"}) {
     const v1::Material m =
         material(std::string("<bsdf type='conductor'><string name='material' value='") + name + "'/></bsdf>");
-    EXPECT_GT(m.conductor().eta().constant().rgb().g(), 0) << name;
+    const v1::Spectrum& eta = m.conductor().eta().constant();
+    EXPECT_GT(eta.has_in_rgb() ? eta.in_rgb().g() : eta.rgb().g(), 0) << name;
+    EXPECT_EQ(eta.has_sampled(), std::string(name) == "Ag") << name;
   }
   EXPECT_THAT(
       error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='conductor'><string name='material' "
                                       "value='Xx'/></bsdf></shape>"))),
       AllOf(HasSubstr("no measurements of \"Xx\""), HasSubstr("Na_palik")));
+  EXPECT_THAT(
+      error_of(import_xml(with_sensor("<shape type='sphere'><bsdf type='conductor'><string name='material' "
+                                      "value='CuZm'/></bsdf></shape>"))),
+      HasSubstr("did you mean 'CuZn'?"));
 }
 
 TEST_F(MitsubaValues, WrappersBecomeFieldsOfWhatTheyWrap) {

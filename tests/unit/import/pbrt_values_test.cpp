@@ -2,7 +2,10 @@
 #include <map>
 #include <numbers>
 
+#include "spectra/color/rgb_space.h"
+#include "spectra/color/tristimulus.h"
 #include "spectra/curve.h"
+#include "spectra/light/daylight.h"
 #include "spectra/light/planck.h"
 #include "spectra/rgb/pbrt_luminance.h"
 #include "unit/import/import_fixture.h"
@@ -10,6 +13,7 @@
 namespace tessera::client {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::SizeIs;
@@ -205,6 +209,46 @@ TEST_F(PbrtValues, ReflectancesAreClampedAndConverted) {
   }
   EXPECT_NEAR(scene.scene.lights(1).point().intensity().rgb().g(), 1.1329, 1e-4);
   EXPECT_EQ(scene.scene.lights(1).point().intensity().rgb().r(), 0);  // out of gamut
+}
+
+TEST_F(PbrtValues, ColoursBeyondRec709AreKeptWhereASpectrumHasThem) {
+  const ImportedScene scene = world(
+      "ColorSpace \"rec2020\" MakeNamedMaterial \"teal\" \"string type\" \"diffuse\" \"rgb reflectance\" "
+      "[ .1 .5 .3 ] LightSource \"point\" \"rgb I\" [ .2 1 .6 ] NamedMaterial \"teal\" Shape \"sphere\"");
+  const v1::Spectrum& matter = scene.scene.materials(0).diffuse().reflectance().constant();
+  const v1::Light& lamp = scene.scene.lights(0);
+  EXPECT_THAT(warnings_of(scene), HasSubstr("clamped in jobs of RGB"));
+  for (const v1::Spectrum* spectrum : {&matter, &lamp.point().intensity()}) {
+    ASSERT_TRUE(spectrum->has_sampled());
+    EXPECT_EQ(spectrum->in_rgb().r(), 0);
+    EXPECT_GT(spectrum->in_rgb().g(), 0.5);
+  }
+  // Its brightness is that of the colour.
+  EXPECT_FALSE(lamp.has_scale());
+  const spectra::Curve curve{
+      {matter.sampled().wavelengths_nm().begin(), matter.sampled().wavelengths_nm().end()},
+      {matter.sampled().values().begin(), matter.sampled().values().end()}};
+  const spectra::Triple seen =
+      spectra::times(spectra::rgb_from_xyz(spectra::kRec2020),
+                     spectra::tristimulus(curve, spectra::illuminant_d65(), spectra::cie1931()));
+  for (const auto& [value, expected] : {std::pair(seen[0], .1), {seen[1], .5}, {seen[2], .3}})
+    EXPECT_NEAR(value, expected, 2e-3);
+}
+
+TEST_F(PbrtValues, FaultsOfSpectraAreToldAtTheirPlaces) {
+  const auto fault = [&](const std::string& value) {
+    return error_of(import_text("WorldBegin\nMaterial \"diffuse\" \"spectrum reflectance\" " + value +
+                                "\nShape \"sphere\""));
+  };
+  EXPECT_THAT(fault("[ 400 1 500 -1 ]"), AllOf(HasSubstr("which is negative"), HasSubstr(":2:")));
+  EXPECT_THAT(fault("[ 500 1 400 1 ]"), HasSubstr("must ascend"));
+  EXPECT_THAT(fault("[ .4 1 .7 1 ]"), HasSubstr("none from 300 to 1000 nm"));
+  EXPECT_THAT(fault("[ 400 1 500 ]"), HasSubstr("pairs of wavelength and value"));
+  EXPECT_THAT(fault("[ ]"), HasSubstr("pairs of wavelength and value"));
+  EXPECT_THAT(fault("\"metal-Ag-etta\""), AllOf(HasSubstr("neither a named spectrum nor a file"),
+                                                HasSubstr("did you mean 'metal-Ag-eta'?")));
+  write("bad.spd", "500 1\n600 -0.5\n");
+  EXPECT_THAT(fault("\"bad.spd\""), AllOf(HasSubstr("bad.spd"), HasSubstr("at 600 nm is -0.5")));
 }
 
 TEST_F(PbrtValues, SampledSpectraComeFromListsFilesAndNames) {

@@ -9,9 +9,6 @@ namespace {
 constexpr int kStride = sizeof(MaterialRecord) / 4;
 constexpr int kExtendedStride = sizeof(ExtendedRecord) / 4;
 
-/// SpectrumSlot::curve of its `texture`, -1 where there is none.
-TESSERA_INLINE Int curve_of(Int texture) { return Int(kFirstCurve) - texture; }
-
 std::int32_t any_of(Int flags, Mask active) {
   alignas(64) std::int32_t lanes[kWidth];
   select_or_zero(active, flags).store(lanes);
@@ -60,11 +57,12 @@ void load_constants(const MaterialTable& materials, Int record, const Spectra& s
   const auto row_at = [&](const float& first) {
     return gather4(base + (&first - base), record * kStride, active);
   };
+  const auto curve_at = [&](const std::int32_t* first) {
+    return kSpectral ? gather(first, record * kStride, active) : Int(-1);
+  };
   const auto spectrum_at = [&](const SpectrumSlot& slot) {
-    static_assert(offsetof(SpectrumSlot, texture) == kBands * sizeof(float));
     const Float4 row = row_at(slot.value[0]);
-    return spectra.constant(color_of([&](int band) { return row.c[band]; }),
-                            curve_of(bit_cast<std::int32_t>(row.c[kBands])), active);
+    return spectra.constant(color_of([&](int band) { return row.c[band]; }), curve_at(&slot.curve), active);
   };
   const auto some_use = [&](std::int32_t flag) { return (params.some_flags & flag) != 0; };
   params.variants = Int(0);
@@ -95,7 +93,7 @@ void load_constants(const MaterialRecord& material, const Spectra& spectra, Mask
   params.some_variants = material.variants;
   for (int i = 0; i < kMaterialSpectra; ++i) {
     const SpectrumSlot& slot = material.spectra[i];
-    params.spectra[i] = spectra.constant(color_of(slot.value), curve_of(Int(slot.texture)), active);
+    params.spectra[i] = spectra.constant(color_of(slot.value), Int(slot.curve), active);
   }
   for (int i = 0; i < kMaterialScalars; ++i) params.scalars[i] = Float(material.scalars[i].value);
 #ifdef TESSERA_SPECTRAL
@@ -132,9 +130,9 @@ void load_extended(const MaterialTable& materials, const TextureTable& textures,
   };
   for (int i = 0; i < kExtendedSpectra; ++i) {
     const SpectrumSlot& slot = records->spectra[i];
-    const Int texture = bit_cast<std::int32_t>(constant_at(reinterpret_cast<const float&>(slot.texture)));
-    params.extended_spectra[i] = spectra.constant(
-        color_of([&](int band) { return constant_at(slot.value[band]); }), curve_of(texture), lanes);
+    const Int curve = kSpectral ? gather(&slot.curve, index * kExtendedStride, lanes) : Int(-1);
+    params.extended_spectra[i] =
+        spectra.constant(color_of([&](int band) { return constant_at(slot.value[band]); }), curve, lanes);
   }
   for (int i = 0; i < kExtendedScalars; ++i) params.extended[i] = constant_at(records->scalars[i].value);
   const bool further = (params.some_flags & kUsesFurther) != 0;

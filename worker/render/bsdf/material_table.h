@@ -59,14 +59,12 @@ inline constexpr int kExtendedScalars = 9;
 inline constexpr int kFurtherColors = 1;
 inline constexpr int kFurtherScalars = 4;
 
-/// In SpectrumSlot::texture: the first of SpectralTables::curves, and the next ones below it.
-inline constexpr std::int32_t kFirstCurve = -2;
-
 /// A constant, or a texture of the TextureTable (then the constant is ignored). In jobs of wavelengths, the
 /// constant is the coefficients of a sigmoid, or it is a curve.
 struct SpectrumSlot {
   float value[kBands] = {0, 0, 0};
-  std::int32_t texture = -1;  // -1: the constant; kFirstCurve and below: a curve
+  std::int32_t texture = -1;  // -1: the constant
+  std::int32_t curve = -1;    // jobs of wavelengths only: in SpectralTables::curves, in place of the constant
 };
 struct ScalarSlot {
   float value = 0;
@@ -91,7 +89,7 @@ struct MaterialRecord {
   std::int32_t upper_normal_texture = -1;  // normal map of the layer above the base, with kUsesFurther
   std::int32_t variants = 0;               // bits of the kind (bsdf/kinds.h), with kUsesVariants
   float luminance = 0;  // jobs of wavelengths only: of the colour of spectra[0] in daylight
-  std::int32_t padding[3] = {};
+  std::int32_t padding = 0;
 };
 static_assert(sizeof(MaterialRecord) == 128);
 

@@ -75,7 +75,7 @@ Color coefficients_of(const SpectralTables& tables, const Color& color, Mask act
   const Int first = ((plane * n + level.low) * n + y.low) * n + x.low;
   const auto at = [&](std::int32_t up, std::int32_t along_next, std::int32_t along_after_next) {
     const Int index = first + (up * n + along_next) * n + along_after_next;
-    const Float4 row = gather4(tables.coefficients.data(), index * 4, active);
+    const Float4 row = gather4(tables.coefficients, index * 4, active);
     return color_of([&](int i) { return row.c[i]; });
   };
   const auto on_level = [&](std::int32_t up) {
@@ -126,7 +126,16 @@ Spectrum Spectra::factor(const Color& color, Mask active) const {
   const Color positive = max(color, 0.0f);
   const Float largest = positive.max_component();
   // Factors above 1 are twice as large as the sigmoid: half of the light is smoother than all of it.
-  const Float scale = select(largest > 1.0f, largest * 2.0f, 1.0f);
+  return scaled(positive, select(largest > 1.0f, largest * 2.0f, 1.0f), active);
+}
+
+Spectrum Spectra::density(const Color& color, Mask active) const {
+  const Color positive = max(color, 0.0f);
+  const Float largest = positive.max_component();
+  return scaled(positive, select(largest > 0.0f, largest * 2.0f, 1.0f), active);
+}
+
+Spectrum Spectra::scaled(const Color& positive, Float scale, Mask active) const {
   const Mask grey = (positive.c[0] == positive.c[1]) & (positive.c[1] == positive.c[2]);
   if (none(and_not(active, grey))) return Spectrum(positive.c[0]);
   const Color coefficients = coefficients_of(*tables_, positive * (1.0f / scale), active);

@@ -57,12 +57,17 @@ class Spectra {
   /// A constant of a table: the coefficients of a sigmoid where `curve` is negative, else the value of the
   /// curve.
   Spectrum constant(const Color& coefficients, Int curve, Mask active) const;
-  /// A factor of light that has this colour in daylight, of any size.
+  /// A factor of light that has this colour in daylight, of any size; up to 1 where the colour is.
   Spectrum factor(const Color& color, Mask active) const;
+  /// A density of this colour: at no wavelength above twice its largest component. Of greys, it is that.
+  Spectrum density(const Color& color, Mask active) const;
   /// Light of this colour: the curve of its lamp, daylight where `curve` is negative, times the factor.
   Spectrum light(const Color& color, Int curve, Mask active) const;
 
  private:
+  /// `scale` times the reflectance of the colour over it, but of greys the colour.
+  Spectrum scaled(const Color& positive, Float scale, Mask active) const;
+
   const SpectralTables* tables_;
   Wavelengths wavelengths_;
 };
@@ -84,6 +89,7 @@ class Spectra {
   TESSERA_INLINE Wavelengths wavelengths() const { return {}; }
   TESSERA_INLINE Spectrum constant(const Color& color, Int, Mask) const { return color; }
   TESSERA_INLINE Spectrum factor(const Color& color, Mask) const { return color; }
+  TESSERA_INLINE Spectrum density(const Color& color, Mask) const { return color; }
   TESSERA_INLINE Spectrum light(const Color& color, Int, Mask) const { return color; }
 };
 

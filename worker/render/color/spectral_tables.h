@@ -21,9 +21,10 @@ struct WavelengthQuantile {
 inline constexpr float kSigmoidMiddleNm = 595, kSigmoidHalfWidthNm = 235;
 
 struct SpectralTables {
-  /// The table of spectra::SigmoidTable, four floats an entry (c0, c1, c2, 0), and what its entries stand
-  /// for: -1 / sqrt(largest component), and the ratios of the others to it.
-  std::vector<float> coefficients, levels, ratios;
+  /// The rows of spectra::SigmoidTable, which outlives these tables: four floats an entry, c0, c1, c2 and 0.
+  const float* coefficients = nullptr;
+  /// What the rows stand for: -1 / sqrt(largest component), and the ratios of the others to it.
+  std::vector<float> levels, ratios;
 
   /// One after the other, kCurveSamples values each. The first is daylight (D65), of which the colour of
   /// light is a multiple where its own curve is not known.

@@ -39,21 +39,29 @@ TESSERA_INLINE Color grid_at(const DensityGrid& grid, Vec3 p, Mask active) {
   return color_of(channel);
 }
 
-/// A part of the extinction, or the albedo.
+/// Whether a quantity is one of colours.
+TESSERA_INLINE bool has_colors(const MediumTable& table, const MediumValue& value) {
+  return value.grid >= 0 && table.grids[static_cast<std::size_t>(value.grid)].channels == kBands;
+}
+
+TESSERA_INLINE Color color_at(const MediumTable& table, const MediumValue& value, Vec3 p, Mask active) {
+  const Color color = color_of(value.value);
+  return value.grid < 0 ? color
+                        : color * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
+}
+
+/// The extinction; or the scattering or the albedo of a medium whose grids have no colours.
 TESSERA_INLINE Spectrum density_at(const MediumTable& table, const MediumValue& value, const Spectra& spectra,
                                    Vec3 p, Mask active) {
   const Spectrum result = spectra.constant(color_of(value.value), Int(value.curve), active);
   if (value.grid < 0) return result;
-  const DensityGrid& grid = table.grids[static_cast<std::size_t>(value.grid)];
-  const Color factor = grid_at(grid, p, active);
-  return grid.channels == kBands ? result * spectra.factor(factor, active) : result * factor.c[0];
+  const Color factor = grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
+  return has_colors(table, value) ? result * spectra.density(factor, active) : result * factor.c[0];
 }
 
 TESSERA_INLINE Spectrum emission_at(const MediumTable& table, const MediumValue& value,
                                     const Spectra& spectra, Vec3 p, Mask active) {
-  Color color = color_of(value.value);
-  if (value.grid >= 0) color = color * grid_at(table.grids[static_cast<std::size_t>(value.grid)], p, active);
-  return spectra.light(color, Int(value.curve), active);
+  return spectra.light(color_at(table, value, p, active), Int(value.curve), active);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -77,6 +77,21 @@ Coefficients coefficients_at(const MediumTable& table, const MediumRecord& mediu
                              Vec3 p, Mask active) {
   Coefficients result;
   result.sigma_t = density_at(table, medium.sigma_t, spectra, p, active);
+  if (kSpectral && (has_colors(table, medium.albedo) ||
+                    (medium.scattering_is_sigma_s && has_colors(table, medium.sigma_t)))) {
+    // Two densities that have their colours alone may be the wrong way round at a wavelength: the albedo, as
+    // a reflectance, is not.
+    Color albedo = color_at(table, medium.albedo, p, active);
+    if (medium.scattering_is_sigma_s) {
+      const Color extinction = color_at(table, medium.sigma_t, p, active);
+      for (int c = 0; c < kBands; ++c) {
+        const Mask some = extinction.c[c] > 0.0f;
+        albedo.c[c] = select_or_zero(some, min(albedo.c[c] / select(some, extinction.c[c], 1.0f), 1.0f));
+      }
+    }
+    result.sigma_s = spectra.factor(albedo, active) * result.sigma_t;
+    return result;
+  }
   result.sigma_s = density_at(table, medium.albedo, spectra, p, active);
   if (!medium.scattering_is_sigma_s) result.sigma_s = result.sigma_s * result.sigma_t;
   return result;

@@ -21,7 +21,9 @@ struct DensityGrid {
 struct MediumValue {
   float value[kBands] = {0, 0, 0};
   std::int32_t grid = -1;
-  std::int32_t curve = -1;  // jobs of wavelengths only: in SpectralTables::curves, in place of the value
+  // Jobs of wavelengths only: in SpectralTables::curves, in place of the value; of an emission, the curve
+  // that the value is multiplied by, -1: daylight.
+  std::int32_t curve = -1;
 };
 
 struct MediumRecord {

@@ -50,7 +50,7 @@ struct ArrayBuilders {
   // Builders that ask for a texture mark its images as needed; they are decoded when nothing more asks.
   TextureImages images{shared_images};
   TextureBuilder textures{space, images, arrays.textures, unsaid_filter};
-  MediumBuilder media{space, blobs, arrays.media, spectral != nullptr};
+  MediumBuilder media{space, blobs, arrays.media, spectral};
   MaterialBuilder materials{textures, arrays.materials, warnings, true, spectral};
   MeshAttributes attributes{textures.attribute_names(), blobs, arrays.textures};
   ShapeBuilder shapes{{blobs, materials.names(), arrays.materials, media.names(), textures, attributes,
@@ -60,9 +60,13 @@ struct ArrayBuilders {
   InstanceBuilder instances{space, blobs, shapes, arrays.shapes, warnings, stop};
   v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
   std::string lists_instances = "";  // who does, for plan_nesting()
-  LightBuilder lights{
-      {.space = space, .blobs = blobs, .algorithm = algorithm, .textures = textures, .spectral = spectral},
-      arrays.lights};
+  LightBuilder lights{{.space = space,
+                       .blobs = blobs,
+                       .algorithm = algorithm,
+                       .textures = textures,
+                       .spectral = spectral,
+                       .warnings = &warnings},
+                      arrays.lights};
 
   absl::Status run() {
     if (auto s = textures.build(scene.textures()); !s.ok()) return s;
@@ -344,7 +348,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   if (parts_->spectral != nullptr) {
     // Last: all that looks at a scene before it is rendered looks at colours.
     arrays.spectral.curve_of_light = builders.lights.curves_by_light();
-    parts_->spectral->convert(arrays.materials);
+    parts_->spectral->convert(arrays.materials, arrays.textures, content.material_names, content.warnings);
     parts_->spectral->convert(arrays.media);
   }
   return parts_->content;

@@ -34,6 +34,7 @@ std::string add_sample(double wavelength_nm, double value, spectra::Curve& curve
   if (!curve.nm.empty() && !(nm > curve.nm.back())) {
     return concat("wavelengths must ascend, but ", wavelength_nm, " nm follows ", curve.nm.back(), " nm");
   }
+  if (value < 0) return concat("the value at ", wavelength_nm, " nm is ", value, ", which is negative");
   curve.nm.push_back(nm);
   curve.values.push_back(static_cast<float>(value));
   return "";
@@ -104,8 +105,8 @@ std::string parse_spectrum(std::string_view text, SpectrumData& spectrum) {
     if (!nm || !value) return concat("expected wavelength:value, found \"", word, "\"");
     if (std::string problem = add_sample(*nm, *value, spectrum.samples); !problem.empty()) return problem;
   }
-  return spectrum.samples.values.size() < 2 ? "expected one number or at least two pairs wavelength:value"
-                                            : "";
+  if (spectrum.samples.values.size() < 2) return "expected one number or at least two pairs wavelength:value";
+  return std::string(spectra::check_curve(spectrum.samples).message());
 }
 
 std::string parse_spectrum_file(std::string_view bytes, SpectrumData& spectrum) {
@@ -123,7 +124,8 @@ std::string parse_spectrum_file(std::string_view bytes, SpectrumData& spectrum) 
     std::string problem = add_sample((*numbers)[0], (*numbers)[1], spectrum.samples);
     if (!problem.empty()) return concat("line ", line_number, ": ", problem);
   }
-  return spectrum.samples.values.size() < 2 ? "expected at least two lines of wavelength and value" : "";
+  if (spectrum.samples.values.size() < 2) return "expected at least two lines of wavelength and value";
+  return std::string(spectra::check_curve(spectrum.samples).message());
 }
 
 }  // namespace tessera::client::mitsuba

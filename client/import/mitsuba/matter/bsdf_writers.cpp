@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "base/nearest_name.h"
 #include "import/input/concat.h"
 #include "import/mitsuba/matter/ior.h"
 #include "spectra/matter/metal_colors.h"
@@ -76,17 +77,17 @@ void write_thin_dielectric(PropertyReader& reader, SceneTextures& textures, v1::
   }
 }
 
-/// The colour of a measured metal, without a light to see it in.
-std::optional<spectra::MetalColor> metal_color(const std::string& metal) {
-  const auto eta = spectra::find_named_spectrum(concat("metal-", metal, "-eta"));
-  const auto k = spectra::find_named_spectrum(concat("metal-", metal, "-k"));
-  if (!eta || !k) return spectra::find_metal_color(metal);
-  spectra::MetalColor color{spectra::mitsuba_rgb(*eta, spectra::SeenUnder::kEqualEnergy),
-                            spectra::mitsuba_rgb(*k, spectra::SeenUnder::kEqualEnergy)};
-  for (std::array<double, 3>* rgb : {&color.eta, &color.k}) {
-    for (double& component : *rgb) component = std::max(component, 0.0);
+/// An index of a measured metal, whose colour is that without a light to see it in.
+std::optional<ConstantColor> metal_index(const std::string& metal, std::string_view index) {
+  if (auto curve = spectra::find_named_spectrum(concat("metal-", metal, "-", index))) {
+    ConstantColor color{spectra::mitsuba_rgb(*curve, spectra::SeenUnder::kEqualEnergy)};
+    for (double& component : color.rgb) component = std::max(component, 0.0);
+    color.curve = *std::move(curve);
+    return color;
   }
-  return color;
+  const std::optional<spectra::MetalColor> known = spectra::find_metal_color(metal);
+  if (!known) return std::nullopt;
+  return ConstantColor{index == "eta" ? known->eta : known->k};
 }
 
 void write_conductor(PropertyReader& reader, SceneTextures& textures, v1::Material& material) {
@@ -99,15 +100,17 @@ void write_conductor(PropertyReader& reader, SceneTextures& textures, v1::Materi
     if (reader.has("eta") || reader.has("k")) {
       reader.error(concat(reader.object().title(), ": expected either \"material\", or \"eta\" and \"k\""));
     }
-    if (const std::optional<spectra::MetalColor> color = metal_color(metal)) {
-      *conductor.mutable_eta()->mutable_constant() = rgb_spectrum(color->eta);
-      *conductor.mutable_k()->mutable_constant() = rgb_spectrum(color->k);
+    if (const std::optional<ConstantColor> eta = metal_index(metal, "eta")) {
+      *conductor.mutable_eta()->mutable_constant() = eta->to_spectrum();
+      *conductor.mutable_k()->mutable_constant() = metal_index(metal, "k")->to_spectrum();
     } else {
-      std::string names = "Ag, Al, Au, Cu, CuZn, MgO, TiO2";
-      for (const std::string& name : spectra::metal_color_names()) names += concat(", ", name);
-      reader.error(*reader.find("material"),
-                   concat("there are no measurements of \"", metal, "\" here: expected ", names,
-                          " or none, or \"eta\" and \"k\""));
+      std::vector<std::string> known = spectra::metal_color_names();
+      known.insert(known.begin(), {"Ag", "Al", "Au", "Cu", "CuZn", "MgO", "TiO2"});
+      std::string names;
+      for (const std::string& name : known) names += concat(name, ", ");
+      reader.error(*reader.find("material"), concat("there are no measurements of \"", metal, "\" here",
+                                                    base::did_you_mean(metal, known), ": expected ", names,
+                                                    "or none, or \"eta\" and \"k\""));
     }
   }
   if (reader.has("specular_reflectance")) {

@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "import/mitsuba/document/property_reader.h"
+#include "spectra/curve.h"
 
 namespace tessera::client::mitsuba {
 
@@ -14,21 +15,30 @@ enum class ColorUse {
   kEmission,
 };
 
+/// A value that is the same everywhere: in Mitsuba's RGB modes linear Rec.709, and in its spectral ones a
+/// curve, or, where that is empty, a spectrum that the colour has there.
+struct ConstantColor {
+  std::array<double, 3> rgb = {};
+  spectra::Curve curve = {};
+
+  v1::Spectrum to_spectrum() const;
+  ConstantColor& operator*=(double factor);
+};
+
 v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb);
 v1::Spectrum constant_spectrum(double value);
 
-/// Linear Rec.709 of a number, <rgb>, <spectrum> or constant texture ("uniform", "srgb", "d65",
-/// "rawconstant"); nothing for textures that vary, and for other types.
+/// The value of a number, <rgb>, <spectrum> or constant texture ("uniform", "srgb", "d65", "rawconstant",
+/// "regular", "irregular", "blackbody"); nothing for textures that vary, and for other types.
 ///
 /// Numbers and <rgb> stand for themselves. Sampled spectra are integrated (spectra/rgb/mitsuba_rgb.h):
 /// emitted ones as they are, others under D65. A uniform emitted <spectrum> is an equal-energy one, whose
 /// colour is not grey.
-std::optional<std::array<double, 3>> read_constant_color(PropertyReader& reader, const Property& property,
-                                                         ColorUse use);
+std::optional<ConstantColor> read_constant_color(PropertyReader& reader, const Property& property,
+                                                 ColorUse use);
 
 /// The constant colour of parameter `name`, `fallback` where it is absent; an error where it is something
 /// else.
-std::array<double, 3> read_color(PropertyReader& reader, std::string_view name, double fallback,
-                                 ColorUse use);
+ConstantColor read_color(PropertyReader& reader, std::string_view name, double fallback, ColorUse use);
 
 }  // namespace tessera::client::mitsuba

@@ -11,9 +11,9 @@
 namespace tessera::client::mitsuba {
 namespace {
 
-v1::VolumeValue constant_volume(const std::array<double, 3>& color) {
+v1::VolumeValue constant_volume(const ConstantColor& color) {
   v1::VolumeValue value;
-  *value.mutable_constant() = rgb_spectrum(color);
+  *value.mutable_constant() = color.to_spectrum();
   return value;
 }
 
@@ -83,14 +83,14 @@ std::string MediumTable::use(Object& medium) {
 v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view name, double fallback,
                                     ColorUse use, Imath::M44d& world_from_volume) {
   const Property* property = reader.find(name);
-  if (property == nullptr) return constant_volume({fallback, fallback, fallback});
+  if (property == nullptr) return constant_volume({{fallback, fallback, fallback}});
   if (const auto color = read_constant_color(reader, *property, use)) return constant_volume(*color);
   Object* const* object = std::get_if<Object*>(&property->value);
   if (object == nullptr || (*object)->tag != "volume") {
     reader.error(*property, "expected a colour or a volume");
   } else if ((*object)->type == "constvolume") {
     PropertyReader nested(context_, **object);
-    const std::array<double, 3> color = read_color(nested, "value", 1, use);
+    const ConstantColor color = read_color(nested, "value", 1, use);
     // It is the same everywhere; its box only counts as that of a heterogeneous medium's extinction.
     world_from_volume = nested.transform("to_world");
     return constant_volume(color);
@@ -100,7 +100,7 @@ v1::VolumeValue MediumTable::volume(PropertyReader& reader, std::string_view nam
     reader.error(*property, concat("volume \"", (*object)->type,
                                    "\" is not supported: expected constvolume or gridvolume"));
   }
-  return constant_volume({fallback, fallback, fallback});
+  return constant_volume({{fallback, fallback, fallback}});
 }
 
 v1::VolumeValue MediumTable::grid(Object& volume, Imath::M44d& world_from_grid) {

@@ -45,7 +45,7 @@ v1::SpectrumValue SceneTextures::color(PropertyReader& reader, std::string_view 
   const Property* property = reader.find(name);
   if (property == nullptr) return constant_value(rgb_spectrum({fallback, fallback, fallback}));
   if (const auto color = read_constant_color(reader, *property, use))
-    return constant_value(rgb_spectrum(*color));
+    return constant_value(color->to_spectrum());
   Object* const* object = std::get_if<Object*>(&property->value);
   if (object == nullptr || (*object)->tag != "texture") {
     reader.error(*property, "expected a colour or a texture");
@@ -62,7 +62,7 @@ v1::FloatValue SceneTextures::scalar(PropertyReader& reader, std::string_view na
   const Property* property = reader.find(name);
   if (property == nullptr) return value;
   if (const auto color = read_constant_color(reader, *property, ColorUse::kUnbounded)) {
-    value.set_constant(static_cast<float>(((*color)[0] + (*color)[1] + (*color)[2]) / 3));
+    value.set_constant(static_cast<float>((color->rgb[0] + color->rgb[1] + color->rgb[2]) / 3));
     return value;
   }
   Object* const* object = std::get_if<Object*>(&property->value);
@@ -104,7 +104,7 @@ void SceneTextures::set_normal_map(PropertyReader& owner, const Property& proper
   if (const auto color = read_constant_color(owner, property, ColorUse::kUnbounded)) {
     v1::Texture& message = *context_.scene.add_textures();
     message.set_name(Context::unique_name(texture, texture.type, taken_));
-    *message.mutable_constant() = rgb_spectrum(*color);
+    *message.mutable_constant() = rgb_spectrum(color->rgb);
     material.set_normal_texture(message.name());
     return;
   }
@@ -138,8 +138,8 @@ void SceneTextures::write(PropertyReader& reader, TextureRole role, v1::Texture&
   } else {
     reader.error(
         concat("texture \"", type,
-               "\" is not supported: expected bitmap, checkerboard, mesh_attribute, uniform, srgb, d65 or "
-               "rawconstant"));
+               "\" is not supported: expected bitmap, checkerboard, mesh_attribute, uniform, srgb, d65, "
+               "rawconstant, regular, irregular or blackbody"));
   }
 }
 

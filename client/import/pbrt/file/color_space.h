@@ -9,7 +9,7 @@ namespace tessera::client::pbrt {
 
 enum class ColorSpace : unsigned char { kSrgb, kDciP3, kRec2020, kAces2065 };
 
-/// "srgb", "dci-p3", "rec2020", "aces2065-1".
+/// "srgb", "dci-p3" (with the white D65, as pbrt-v4 has it), "rec2020", "aces2065-1".
 std::optional<ColorSpace> color_space_of(std::string_view name);
 
 /// Linear RGB of `from` in linear Rec.709, white on white (Bradford-adapted where the whites differ). Colours

@@ -4,14 +4,17 @@
 #include <cmath>
 #include <iterator>
 
+#include "base/nearest_name.h"
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
 #include "import/pbrt/file/tokenizer.h"
 #include "spectra/curve.h"
+#include "spectra/light/daylight.h"
 #include "spectra/light/planck.h"
 #include "spectra/named_spectra.h"
 #include "spectra/rgb/mitsuba_rgb.h"
 #include "spectra/rgb/pbrt_luminance.h"
+#include "spectra/upsampling/upsample.h"
 
 namespace tessera::client::pbrt {
 namespace {
@@ -47,6 +50,10 @@ spectra::Curve tabulated(const v1::Spectrum& spectrum) {
   return table;
 }
 
+std::array<double, 3> in_rgb(const v1::Spectrum& spectrum) {
+  return {spectrum.in_rgb().r(), spectrum.in_rgb().g(), spectrum.in_rgb().b()};
+}
+
 std::array<double, 3> rgb_or_grey(const v1::Spectrum& spectrum) {
   if (spectrum.has_rgb()) return {spectrum.rgb().r(), spectrum.rgb().g(), spectrum.rgb().b()};
   return {spectrum.constant(), spectrum.constant(), spectrum.constant()};
@@ -60,27 +67,10 @@ std::string fill_table(const std::vector<double>& numbers, spectra::Curve& table
     return concat("expected pairs of wavelength and value, found ", numbers.size(), " numbers");
   }
   for (std::size_t i = 0; i < numbers.size(); i += 2) {
-    const float nm = static_cast<float>(numbers[i]);
-    if (!table.nm.empty() && !(nm > table.nm.back())) {
-      return concat("wavelengths must ascend, but ", numbers[i], " nm follows ", table.nm.back(), " nm");
-    }
-    table.nm.push_back(nm);
+    table.nm.push_back(static_cast<float>(numbers[i]));
     table.values.push_back(static_cast<float>(numbers[i + 1]));
   }
-  return "";
-}
-
-void add_zero_ends(spectra::Curve& table) {
-  // A step as steep as floats allow at these wavelengths, with room to spare.
-  constexpr float kStepNm = 0.01f;
-  if (table.nm.front() > kFirstNm) {
-    table.nm.insert(table.nm.begin(), table.nm.front() - kStepNm);
-    table.values.insert(table.values.begin(), 0);
-  }
-  if (table.nm.back() < kLastNm) {
-    table.nm.push_back(table.nm.back() + kStepNm);
-    table.values.push_back(0);
-  }
+  return std::string(spectra::check_curve(table).message());
 }
 
 /// A file of pairs of wavelength and value, with comments.
@@ -107,6 +97,31 @@ std::optional<v1::Spectrum> fail(Context& context, const Parameter& parameter, s
   return std::nullopt;
 }
 
+/// Gives a colour beyond Rec.709 the spectrum that it has in jobs of wavelengths, where there is one;
+/// `spectrum` has the colour that is left of it in jobs of RGB.
+bool keep_out_of_gamut(const std::array<double, 3>& rgb, SpectrumUse use, v1::Spectrum& spectrum) {
+  const bool is_light = use == SpectrumUse::kIlluminant;
+  if (use == SpectrumUse::kUnbounded) return false;
+  const auto f = [](double v) { return static_cast<float>(v); };
+  const spectra::Rgb color = {f(rgb[0]), f(rgb[1]), f(rgb[2])};
+  const spectra::UpsampledReflectance matter = spectra::upsample_reflectance(color);
+  const spectra::UpsampledEmission light = spectra::upsample_emission(color);
+  if ((is_light ? light.error : matter.error) > spectra::kMostUpsamplingError) return false;
+  const spectra::Curve daylight = spectra::unit_d65();
+  spectra::Curve curve;
+  constexpr float kStep = 5;
+  for (float nm = kFirstNm; nm <= kLastNm; nm += kStep) {
+    curve.nm.push_back(nm);
+    curve.values.push_back(is_light
+                               ? f(light.scale * spectra::value(light.coefficients, nm) * daylight.at(nm))
+                               : spectra::value(matter.coefficients, nm));
+  }
+  const v1::Rgb in_rgb = spectrum.rgb();
+  spectrum = sampled_spectrum(curve);
+  *spectrum.mutable_in_rgb() = in_rgb;
+  return true;
+}
+
 std::optional<v1::Spectrum> read_rgb(Context& context, const Parameter& parameter, std::string_view owner,
                                      SpectrumUse use) {
   if (parameter.numbers.size() != 3) {
@@ -116,7 +131,7 @@ std::optional<v1::Spectrum> read_rgb(Context& context, const Parameter& paramete
   std::array<double, 3> rgb = {parameter.numbers[0], parameter.numbers[1], parameter.numbers[2]};
   if (*std::min_element(rgb.begin(), rgb.end()) < 0)
     return fail(context, parameter, owner, "an RGB value is negative");
-  rgb = rec709_from(parameter.color_space, rgb);
+  const std::array<double, 3> unclamped = rgb = rec709_from(parameter.color_space, rgb);
   const double highest = use == SpectrumUse::kReflectance ? 1 : HUGE_VAL;
   bool clamped = false;
   for (double& component : rgb) {
@@ -124,12 +139,14 @@ std::optional<v1::Spectrum> read_rgb(Context& context, const Parameter& paramete
     clamped = clamped || inside != component;
     component = inside;
   }
-  if (clamped) {
-    context.diagnostics.warning(parameter.where, concat("parameter \"", parameter.name, "\" of ", owner,
-                                                        ": a component is outside of what linear Rec.709 can "
-                                                        "hold there: clamped"));
-  }
-  return rgb_spectrum(rgb);
+  if (!clamped) return rgb_spectrum(rgb);
+  v1::Spectrum spectrum = rgb_spectrum(rgb);
+  const bool is_kept = keep_out_of_gamut(unclamped, use, spectrum);
+  context.diagnostics.warning(
+      parameter.where, concat("parameter \"", parameter.name, "\" of ", owner,
+                              ": a component is outside of what linear Rec.709 can hold there: clamped",
+                              is_kept ? " in jobs of RGB" : ""));
+  return spectrum;
 }
 
 std::optional<v1::Spectrum> read_sampled(Context& context, const Parameter& parameter, std::string_view owner,
@@ -151,12 +168,13 @@ std::optional<v1::Spectrum> read_sampled(Context& context, const Parameter& para
     if (!from_file.ok()) {
       const bool missing = absl::IsNotFound(from_file.status());
       return fail(context, parameter, owner,
-                  missing ? concat("\"", name, "\" is neither a named spectrum nor a file")
+                  missing ? concat("\"", name, "\" is neither a named spectrum nor a file",
+                                   base::did_you_mean(name, spectra::names_of_spectra()))
                           : std::string(from_file.status().message()));
     }
     table = *std::move(from_file);
   }
-  if (use != SpectrumUse::kUnbounded && !measured_over_all) add_zero_ends(table);
+  if (use != SpectrumUse::kUnbounded && !measured_over_all) spectra::add_zero_ends(table, kFirstNm, kLastNm);
   return sampled_spectrum(table);
 }
 
@@ -180,7 +198,10 @@ v1::Spectrum scaled(const v1::Spectrum& spectrum, double factor) {
   if (is_table(spectrum)) {
     spectra::Curve table = tabulated(spectrum);
     for (float& value : table.values) value = static_cast<float>(value * factor);
-    return sampled_spectrum(table);
+    v1::Spectrum result = sampled_spectrum(table);
+    if (spectrum.has_in_rgb())
+      *result.mutable_in_rgb() = scaled(rgb_spectrum(in_rgb(spectrum)), factor).rgb();
+    return result;
   }
   if (!spectrum.has_rgb()) return constant_spectrum(spectrum.constant() * factor);
   const std::array<double, 3> rgb = rgb_or_grey(spectrum);
@@ -205,6 +226,7 @@ v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b) {
 }
 
 std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum) {
+  if (spectrum.has_in_rgb()) return in_rgb(spectrum);
   if (!is_table(spectrum)) return rgb_or_grey(spectrum);
   // Constant beyond its ends, which mitsuba_rgb() is not.
   spectra::Curve table = tabulated(spectrum);
@@ -253,7 +275,7 @@ LightSpectrum read_light_spectrum(Context& context, ParameterList& parameters, s
   if (!spectrum) return result;
   result.spectrum = *std::move(spectrum);
   double luminance_of_spectrum = 1;
-  if (result.spectrum.has_sampled()) {
+  if (result.spectrum.has_sampled() && !result.spectrum.has_in_rgb()) {
     luminance_of_spectrum = spectra::pbrt_luminance(table_of(result.spectrum.sampled()));
   } else if (result.spectrum.has_blackbody()) {
     const double kelvin = result.spectrum.blackbody().kelvin();

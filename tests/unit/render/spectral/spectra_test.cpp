@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <numeric>
 #include <random>
@@ -98,6 +99,25 @@ TEST_F(SpectraTest, GreysAreTheSameAtAllWavelengths) {
     const Wavelengths wavelengths = sample_wavelengths(sensor_, [] { return Float(0.3f); });
     const Spectrum actual = Spectra(&tables_, wavelengths).factor(Color(grey), Mask::all());
     for (const Float& lane : actual.c) EXPECT_EQ(lane.lane(5), grey);
+  }
+}
+
+TEST_F(SpectraTest, DensitiesAreBelowTwiceTheirColours) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<float> uniform(0, 1), exponent(-4, 3);
+  for (int i = 0; i < 2000; ++i) {
+    const float scale = std::pow(10.0f, exponent(random));
+    const std::array<float, 3> color = {
+        scale * uniform(random), scale * uniform(random) * (i % 3 == 0 ? 0 : 1), scale * uniform(random)};
+    const float largest = *std::ranges::max_element(color);
+    const Wavelengths wavelengths = sample_wavelengths(&tables_, [&] { return Float(uniform(random)); });
+    const Spectrum density =
+        Spectra(&tables_, wavelengths)
+            .density(color_of([&](int c) { return Float(color[static_cast<std::size_t>(c)]); }), Mask::all());
+    for (const Float& lane : density.c) {
+      EXPECT_GE(lane.lane(0), 0);
+      EXPECT_LE(lane.lane(0), 2 * largest);
+    }
   }
 }
 

@@ -69,7 +69,7 @@ absl::Status LightBuilder::add_infinite(const v1::InfiniteLight& light, float sc
   LightRecord record;
   record.kind = LightKind::kInfinite;
   if (auto s = set_color(light.radiance(), scale, "radiance", record); !s.ok()) return s;
-  if (light.has_image()) curve_ = -1;
+  if (light.has_image()) latest_ = {};
   record.environment = static_cast<std::int32_t>(table_.environments.size());
   table_.infinite_lights.push_back(static_cast<std::int32_t>(table_.lights.size()));
   table_.environments.push_back(*std::move(environment));

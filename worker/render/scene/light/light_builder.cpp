@@ -69,14 +69,18 @@ absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) 
 absl::Status LightBuilder::set_color(const v1::Spectrum& spectrum, float scale, const char* what,
                                      LightRecord& record) {
   if (auto s = check_spectrum(spectrum, what); !s.ok()) return s;
-  const SpectralEmission light = inputs_.spectral == nullptr ? SpectralEmission{emission(spectrum)}
-                                                             : inputs_.spectral->emission_of(spectrum);
-  put(light.color, scale, record.radiance);
-  curve_ = light.curve;
+  latest_ = inputs_.spectral == nullptr ? SpectralEmission{emission(spectrum)}
+                                        : inputs_.spectral->emission_of(spectrum);
+  put(latest_.color, scale, record.radiance);
   return absl::OkStatus();
 }
 
-void LightBuilder::note_curve() { curves_.resize(table_.lights.size(), curve_); }
+void LightBuilder::note_curve() { curves_.resize(table_.lights.size(), latest_.curve); }
+
+void LightBuilder::warn_of_color(const std::string& place) {
+  if (inputs_.warnings != nullptr && latest_.unreached.is_told())
+    inputs_.warnings->push_back(absl::StrCat(place, ": ", latest_.unreached.to_string()));
+}
 
 std::vector<std::int32_t> LightBuilder::curves_by_light() const {
   return std::ranges::all_of(curves_, [](std::int32_t curve) { return curve < 0; })
@@ -100,8 +104,10 @@ absl::Status LightBuilder::add_lights(const Lights& lights) {
 }
 
 void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
-  for (int i = 0; i < lights.size() && !faults.full(); ++i)
-    faults.add(lights[i], place_in_scene("light", i, lights[i].name()), add_light(lights[i]));
+  for (int i = 0; i < lights.size() && !faults.full(); ++i) {
+    const std::string place = place_in_scene("light", i, lights[i].name());
+    if (faults.add(lights[i], place, add_light(lights[i]))) warn_of_color(place);
+  }
 }
 
 absl::Status LightBuilder::add_light(const v1::Light& light) {
@@ -183,6 +189,7 @@ absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters,
   for (const Emitter& emitter : emitters) {
     if (auto s = add_area_light(emitter, shapes); !s.ok())
       return located(s, absl::StrCat(emitter.where, ": area light"));
+    warn_of_color(absl::StrCat(emitter.where, ": area light"));
   }
   return absl::OkStatus();
 }

@@ -27,7 +27,8 @@ struct LightInputs {
   TextureNodes& textures;
   /// Reads only the headers of environment maps, which stay black: for scenes that are not rendered.
   bool headers_alone = false;
-  SpectralBuilder* spectral = nullptr;  // jobs of wavelengths only
+  SpectralBuilder* spectral = nullptr;           // jobs of wavelengths only
+  std::vector<std::string>* warnings = nullptr;  // with `spectral`
 };
 
 class LightBuilder {
@@ -61,6 +62,8 @@ class LightBuilder {
   absl::Status set_color(const v1::Spectrum& spectrum, float scale, const char* what, LightRecord& record);
   /// The lights that were added since are those of the latest set_color().
   void note_curve();
+  /// Warns where nothing has the colour of the latest set_color().
+  void warn_of_color(const std::string& place);
 
   // infinite_light.cpp
   absl::Status add_infinite(const v1::InfiniteLight& light, float scale);
@@ -69,7 +72,7 @@ class LightBuilder {
 
   const LightInputs inputs_;
   LightTable& table_;
-  std::int32_t curve_ = -1;  // the curve of the latest set_color()
+  SpectralEmission latest_;  // of the latest set_color()
   std::vector<std::int32_t> curves_;
 };
 

@@ -16,9 +16,19 @@ namespace {
 
 constexpr float kSmoothAlpha = 1e-3f;  // the same as in bsdf/microfacet.h
 
-spectra::Curve curve(const v1::Spectrum& spectrum) {
-  if (spectrum.has_sampled()) return curve_of(spectrum.sampled());
+/// The curve of an index; of one that is no curve, that of its green.
+spectra::Curve index_curve(const v1::Spectrum& spectrum) {
+  if (auto measured = measured_curve(spectrum)) return *std::move(measured);
   return {{550}, {emission(spectrum).g}};
+}
+
+/// Indices of a metal of which at least one is a curve, for jobs of RGB.
+spectra::ConductorRgb conductor_rgb(const v1::Spectrum& eta, const v1::Spectrum& k) {
+  const auto is_color = [](const v1::Spectrum& index) {
+    return index.has_in_rgb() || !measured_curve(index);
+  };
+  if (is_color(eta) && is_color(k)) return {emission(eta), emission(k)};
+  return spectra::conductor_rgb(index_curve(eta), index_curve(k));
 }
 
 /// eta = 1, and the k with which a conductor of this normal reflectance has it [pbrt-v4].
@@ -37,10 +47,8 @@ float eta_from_specular(float specular) { return 2 / (1 - std::sqrt(0.08f * spec
 
 /// The curve of k_for_reflectance() of a reflectance that is in the slot.
 std::int32_t k_curve(const SpectrumSlot& reflectance, SpectralBuilder& spectral) {
-  if (reflectance.texture <= kFirstCurve) {
-    return spectral.add_function_of(kFirstCurve - reflectance.texture,
-                                    [](float r) { return k_for_reflectance(r); });
-  }
+  if (reflectance.curve >= 0)
+    return spectral.add_function_of(reflectance.curve, [](float r) { return k_for_reflectance(r); });
   const auto sigmoid =
       spectra::upsample_reflectance({reflectance.value[0], reflectance.value[1], reflectance.value[2]})
           .coefficients;
@@ -61,24 +69,23 @@ absl::Status set_conductor_index(const v1::ConductorMaterial& conductor, Materia
     }
     put({1, 1, 1}, record.spectra[slot::kConductorEta]);
     SpectrumSlot& k = record.spectra[slot::kConductorK];
-    if (slots.spectral() != nullptr) k.texture = kFirstCurve - k_curve(k, *slots.spectral());
+    if (slots.spectral() != nullptr) k.curve = k_curve(k, *slots.spectral());
     for (float& value : k.value) value = k_for_reflectance(value);
     return absl::OkStatus();
   }
   const v1::Spectrum &eta = conductor.eta().constant(), &k = conductor.k().constant();
-  if (eta.has_sampled() || k.has_sampled()) {
+  if (measured_curve(eta) || measured_curve(k)) {
     for (const v1::Spectrum* s : {&eta, &k}) {
       if (auto status = check_spectrum(*s, "index of refraction"); !status.ok()) return status;
     }
-    const spectra::ConductorRgb rgb = spectra::conductor_rgb(curve(eta), curve(k));
+    const spectra::ConductorRgb rgb = conductor_rgb(eta, k);
     put(rgb.eta, record.spectra[slot::kConductorEta]);
     put(rgb.k, record.spectra[slot::kConductorK]);
     if (SpectralBuilder* const spectral = slots.spectral(); spectral != nullptr) {
       for (const auto& [index, slot] :
            {std::pair(&eta, slot::kConductorEta), std::pair(&k, slot::kConductorK)}) {
-        const spectra::Curve values = curve(*index);
-        record.spectra[slot].texture =
-            kFirstCurve - spectral->add_curve([&](double nm) { return values.at(nm); });
+        const spectra::Curve values = index_curve(*index);
+        record.spectra[slot].curve = spectral->add_curve([&](double nm) { return values.at(nm); });
       }
     }
     return absl::OkStatus();

@@ -38,8 +38,7 @@ absl::Status MaterialSlots::set_spectrum(const v1::SpectrumValue& value, const s
   if (auto s = check_spectrum(value.constant(), "spectrum"); !s.ok()) return s;
   put(value.has_constant() ? reflectance(value.constant()) : otherwise, slot);
   if (inputs_.spectral == nullptr) return absl::OkStatus();
-  if (const auto curve = inputs_.spectral->add_measured(value.constant()))
-    slot.texture = kFirstCurve - *curve;
+  slot.curve = inputs_.spectral->add_measured(value.constant()).value_or(-1);
   return absl::OkStatus();
 }
 
@@ -90,8 +89,8 @@ absl::Status MaterialSlots::set_roughness(const v1::Roughness& roughness, Scalar
 absl::Status MaterialSlots::set_eta(const v1::Spectrum& spectrum, float otherwise) {
   float eta = otherwise;
   if (auto s = check_spectrum(spectrum, "index of refraction"); !s.ok()) return s;
-  if (spectrum.has_sampled()) {
-    eta = spectra::dielectric_eta(curve_of(spectrum.sampled()));
+  if (const auto curve = measured_curve(spectrum); curve && !spectrum.has_in_rgb()) {
+    eta = spectra::dielectric_eta(*curve);
   } else if (spectrum.kind_case() != v1::Spectrum::KIND_NOT_SET) {
     eta = emission(spectrum).g;
   }
@@ -131,9 +130,8 @@ absl::Status MaterialSlots::set_upper_normal(const v1::ImageTexture& map) {
 void MaterialSlots::scale_spectra(float factor) {
   for (SpectrumSlot& slot : record.spectra) {
     if (slot.texture >= 0 && factor != 1) slot.texture = inputs_.textures.scaled(slot.texture, factor);
-    if (slot.texture <= kFirstCurve && factor != 1)
-      slot.texture = kFirstCurve - inputs_.spectral->add_function_of(kFirstCurve - slot.texture,
-                                                                     [&](float v) { return v * factor; });
+    if (slot.curve >= 0 && factor != 1)
+      slot.curve = inputs_.spectral->add_function_of(slot.curve, [&](float v) { return v * factor; });
     for (float& v : slot.value) v *= factor;
   }
 }

@@ -80,7 +80,23 @@ absl::Status MediumBuilder::set_quantities(const v1::Medium& medium, MediumRecor
   }
   if (auto s = set_value(medium.emission(), 0, 1, record.emission); !s.ok()) return located(s, "emission");
   record.emits = !black({record.emission.value[0], record.emission.value[1], record.emission.value[2]});
+  if (spectral_ != nullptr) set_curves(medium, record);
   return absl::OkStatus();
+}
+
+void MediumBuilder::set_curves(const v1::Medium& medium, MediumRecord& record) {
+  const float scale = medium.has_scale() ? medium.scale() : 1;
+  const auto curve_of = [&](const v1::VolumeValue& value, float factor) {
+    return value.has_constant() ? spectral_->add_measured(value.constant(), factor).value_or(-1) : -1;
+  };
+  record.sigma_t.curve = curve_of(medium.extinction(), scale);
+  record.albedo.curve =
+      medium.has_sigma_s() ? curve_of(medium.sigma_s(), scale) : curve_of(medium.albedo(), 1);
+  if (!medium.emission().has_constant()) return;
+  const SpectralEmission light = spectral_->emission_of(medium.emission().constant());
+  record.emission.value[0] = light.color.r, record.emission.value[1] = light.color.g;
+  record.emission.value[2] = light.color.b;
+  record.emission.curve = light.curve;
 }
 
 absl::Status MediumBuilder::set_bounds(const v1::Medium& medium, int grid, MediumRecord& record) {
@@ -107,14 +123,22 @@ absl::Status MediumBuilder::build_medium(const v1::Medium& medium, MediumRecord&
   }
   record.homogeneous = grid < 0 && !medium.has_world_from_bounds();
   if (!record.homogeneous) return set_bounds(medium, grid, record);
-  if (!record.scattering_is_sigma_s) return absl::OkStatus();
   // Free flights in closed form go by the albedo.
-  for (int c = 0; c < 3; ++c) {
-    const float sigma_t = record.sigma_t.value[c];
-    record.albedo.value[c] = sigma_t > 0 ? record.albedo.value[c] / sigma_t : 0;
-  }
-  record.scattering_is_sigma_s = false;
+  if (record.scattering_is_sigma_s) divide_by_extinction(record);
   return absl::OkStatus();
+}
+
+void MediumBuilder::divide_by_extinction(MediumRecord& record) {
+  MediumValue &sigma_t = record.sigma_t, &albedo = record.albedo;
+  if (sigma_t.curve >= 0 || albedo.curve >= 0) {
+    for (MediumValue* value : {&sigma_t, &albedo}) {
+      if (value->curve < 0)
+        value->curve = spectral_->add_factor({value->value[0], value->value[1], value->value[2]});
+    }
+    albedo.curve = spectral_->add_albedo(albedo.curve, sigma_t.curve);
+  }
+  for (int c = 0; c < 3; ++c) albedo.value[c] = sigma_t.value[c] > 0 ? albedo.value[c] / sigma_t.value[c] : 0;
+  record.scattering_is_sigma_s = false;
 }
 
 absl::Status MediumBuilder::set_value(const v1::VolumeValue& value, float otherwise, float scale,
@@ -158,10 +182,6 @@ absl::StatusOr<int> MediumBuilder::add_grid(const v1::VolumeGrid& grid) {
   if (volume->channels != 1 && volume->channels != 3) {
     return absl::InvalidArgumentError(
         absl::StrCat("a grid has ", volume->channels, " channels instead of 1 or 3"));
-  }
-  if (spectral_ && volume->channels == 3) {
-    return absl::InvalidArgumentError(
-        "a grid has colours, of which no bound holds for all wavelengths: it needs color 'rgb'");
   }
   if (volume->samples.size() > kMostSamples)
     return absl::ResourceExhaustedError("a grid has more than 2^30 samples");

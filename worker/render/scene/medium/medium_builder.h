@@ -10,6 +10,7 @@
 #include "render/scene/blob_source.h"
 #include "render/scene/medium/medium_names.h"
 #include "render/scene/placement/render_space.h"
+#include "render/scene/spectral/spectral_builder.h"
 #include "tessera/v1/scene.pb.h"
 #include "wire/algorithm.h"
 
@@ -20,8 +21,9 @@ class MediumBuilder {
   using Media = google::protobuf::RepeatedPtrField<v1::Medium>;
 
   /// Grids of samples come from `blobs`.
-  /// `spectral`: for a job of wavelengths, in which grids have no colours.
-  MediumBuilder(const RenderSpace& space, const BlobSource& blobs, MediumTable& table, bool spectral = false)
+  /// `spectral`: for jobs of wavelengths only, else null.
+  MediumBuilder(const RenderSpace& space, const BlobSource& blobs, MediumTable& table,
+                SpectralBuilder* spectral = nullptr)
       : space_(space), blobs_(blobs), table_(table), spectral_(spectral) {}
 
   /// Adds all media; none, with a warning, where `algorithm` sees none. InvalidArgument names the medium.
@@ -34,6 +36,10 @@ class MediumBuilder {
  private:
   absl::Status build_medium(const v1::Medium& medium, MediumRecord& record);
   absl::Status set_quantities(const v1::Medium& medium, MediumRecord& record);
+  /// The curves of those that were measured, of what set_quantities() has set.
+  void set_curves(const v1::Medium& medium, MediumRecord& record);
+  /// The albedo of a medium that is the same everywhere, and has sigma_s so far.
+  void divide_by_extinction(MediumRecord& record);
   /// Where the medium is, and bounds of its density there.
   absl::Status set_bounds(const v1::Medium& medium, int grid, MediumRecord& record);
   absl::Status set_value(const v1::VolumeValue& value, float otherwise, float scale, MediumValue& result);
@@ -44,7 +50,7 @@ class MediumBuilder {
   const RenderSpace& space_;
   const BlobSource& blobs_;
   MediumTable& table_;
-  const bool spectral_;
+  SpectralBuilder* const spectral_;
   MediumNames names_;
 };
 

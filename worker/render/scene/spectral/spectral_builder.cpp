@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "render/scene/values/spectra.h"
 #include "spectra/curve.h"
 #include "spectra/light/daylight.h"
@@ -21,13 +22,14 @@ static_assert(kSigmoidMiddleNm == spectra::kSigmoidMiddleNm &&
 
 double nm_of(int sample) { return kFirstNm + sample; }
 
+std::size_t sample_at(double nm) { return static_cast<std::size_t>(nm - kFirstNm); }
+
 std::vector<float> sampled(const std::function<double(double)>& value) {
   std::vector<float> samples(kCurveSamples);
   for (int i = 0; i < kCurveSamples; ++i) samples[i] = static_cast<float>(value(nm_of(i)));
   return samples;
 }
 
-bool is_factor(const Rgb& c) { return std::min({c.r, c.g, c.b}) >= 0 && std::max({c.r, c.g, c.b}) <= 1; }
 
 Rgb color_of(const float (&value)[kBands]) { return {value[0], value[1], value[2]}; }
 
@@ -41,10 +43,10 @@ double luminance(const Rgb& c) { return 0.212671 * c.r + 0.715160 * c.g + 0.0721
 
 SpectralBuilder::SpectralBuilder(SpectralTables& tables) : tables_(tables) {
   const spectra::SigmoidTable& sigmoids = spectra::sigmoid_table();
-  for (const spectra::SigmoidCoefficients& k : sigmoids.entries())
-    tables.coefficients.insert(tables.coefficients.end(), {k.c0, k.c1, k.c2, 0});
-  tables.levels.assign(sigmoids.along_levels().begin(), sigmoids.along_levels().end());
-  tables.ratios.assign(sigmoids.ratios().begin(), sigmoids.ratios().end());
+  const spectra::SigmoidNodes& nodes = sigmoids.nodes();
+  tables.coefficients = sigmoids.rows().data();
+  tables.levels.assign(nodes.along_levels.begin(), nodes.along_levels.end());
+  tables.ratios.assign(nodes.ratios.begin(), nodes.ratios.end());
   const spectra::Curve daylight = spectra::unit_d65();
   add_curve([&](double nm) { return daylight.at(nm); });
 }
@@ -57,10 +59,8 @@ std::int32_t SpectralBuilder::add_curve(const std::function<double(double)>& val
 }
 
 std::optional<std::int32_t> SpectralBuilder::add_measured(const v1::Spectrum& spectrum, double scale) {
-  if (spectrum.has_sampled()) {
-    const spectra::Curve curve = curve_of(spectrum.sampled());
-    return add_curve([&](double nm) { return scale * curve.at(nm); });
-  }
+  if (const auto measured = measured_curve(spectrum))
+    return add_curve([&](double nm) { return scale * measured->at(nm); });
   if (spectrum.has_blackbody() && spectrum.blackbody().kelvin() > 0) {
     return add_curve(
         [&](double nm) { return scale * spectra::relative_planck(nm, spectrum.blackbody().kelvin()); });
@@ -68,38 +68,13 @@ std::optional<std::int32_t> SpectralBuilder::add_measured(const v1::Spectrum& sp
   return std::nullopt;
 }
 
-std::int32_t SpectralBuilder::add_function_of(std::int32_t curve,
-                                              const std::function<float(float)>& function) {
-  const std::size_t first = static_cast<std::size_t>(curve) * kCurveSamples;
-  return add_curve(
-      [&](double nm) { return function(tables_.curves[first + static_cast<std::size_t>(nm - kFirstNm)]); });
+std::span<const float> SpectralBuilder::curve(std::int32_t number) const {
+  return std::span(tables_.curves).subspan(static_cast<std::size_t>(number) * kCurveSamples, kCurveSamples);
 }
 
-SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
-  // Lights are chosen by the mean of their colour, whether they have a curve or not.
-  const Rgb color = emission(spectrum);
-  const float mean = (color.r + color.g + color.b) / 3;
-  // Light that nobody sees has no grey to be a multiple of; what is less than no light stays a colour.
-  if (!(mean > 0) || std::min({color.r, color.g, color.b}) < 0) return {color};
-  const SpectralEmission grey{.color = {mean, mean, mean}};
-  if (color.r == color.g && color.g == color.b && !spectrum.has_sampled() && !spectrum.has_blackbody())
-    return grey;
-  std::string key;
-  if (!spectrum.SerializeToString(&key)) return {color};
-  const auto [known, is_new] = curves_by_light_.try_emplace(key, 0);
-  if (is_new) {
-    const std::optional<std::int32_t> measured = add_measured(spectrum, 1 / mean);
-    known->second = measured ? *measured : add_light(color, mean);
-  }
-  return {grey.color, known->second};
-}
-
-std::int32_t SpectralBuilder::add_light(const Rgb& color, float mean) {
-  const spectra::UpsampledEmission light = spectra::upsample_emission(color);
-  const spectra::Curve daylight = spectra::unit_d65();
-  return add_curve([&](double nm) {
-    return light.scale / mean * spectra::value(light.coefficients, static_cast<float>(nm)) * daylight.at(nm);
-  });
+std::int32_t SpectralBuilder::add_reflectance(const Rgb& color) {
+  const spectra::SigmoidCoefficients k = spectra::upsample_reflectance(color).coefficients;
+  return add_curve([&](double nm) { return spectra::value(k, static_cast<float>(nm)); });
 }
 
 std::int32_t SpectralBuilder::add_factor(const Rgb& color) {
@@ -110,37 +85,97 @@ std::int32_t SpectralBuilder::add_factor(const Rgb& color) {
   return add_curve([&](double nm) { return scale * spectra::value(k, static_cast<float>(nm)); });
 }
 
-void SpectralBuilder::convert(SpectrumSlot& slot) {
-  if (slot.texture != -1) return;
+std::int32_t SpectralBuilder::add_function_of(std::int32_t number,
+                                              const std::function<float(float)>& function) {
+  return add_curve([&](double nm) { return function(curve(number)[sample_at(nm)]); });
+}
+
+std::int32_t SpectralBuilder::add_albedo(std::int32_t scattering, std::int32_t extinction) {
+  return add_curve([&](double nm) {
+    const float all = curve(extinction)[sample_at(nm)];
+    return all > 0 ? std::min(curve(scattering)[sample_at(nm)] / all, 1.0f) : 0.0f;
+  });
+}
+
+SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
+  // Lights are chosen by the mean of their colour, whether they have a curve or not.
+  const Rgb color = emission(spectrum);
+  const float mean = (color.r + color.g + color.b) / 3;
+  // Light that nobody sees has no grey to be a multiple of.
+  if (!(mean > 0)) return {color};
+  const SpectralEmission grey{.color = {mean, mean, mean}};
+  const bool is_measured = measured_curve(spectrum) || spectrum.has_blackbody();
+  if (color.r == color.g && color.g == color.b && !is_measured) return grey;
+  std::string key;
+  if (!spectrum.SerializeToString(&key)) return {color};
+  const auto [known, is_new] = lights_.try_emplace(key);
+  if (is_new) known->second = add_light(spectrum, color, mean);
+  return {grey.color, known->second.curve, known->second.unreached};
+}
+
+SpectralBuilder::Light SpectralBuilder::add_light(const v1::Spectrum& spectrum, const Rgb& color,
+                                                  float mean) {
+  if (const auto measured = add_measured(spectrum, 1 / mean)) return {*measured};
+  const spectra::UpsampledEmission light = spectra::upsample_emission(color);
+  const spectra::Curve daylight = spectra::unit_d65();
+  const std::int32_t added = add_curve([&](double nm) {
+    return light.scale / mean * spectra::value(light.coefficients, static_cast<float>(nm)) * daylight.at(nm);
+  });
+  return {added, {color, light.error}};
+}
+
+UnreachedColor SpectralBuilder::convert(SpectrumSlot& slot) {
+  if (slot.texture >= 0 || slot.curve >= 0) return {};
   const Rgb color = color_of(slot.value);
-  if (is_factor(color)) {
-    put(spectra::upsample_reflectance(color).coefficients, slot.value);
-  } else {
-    slot.texture = kFirstCurve - add_factor(color);
+  if (std::max({color.r, color.g, color.b}) > 1) {
+    slot.curve = add_factor(color);
+    return {color, spectra::upsample_emission(color).error};
+  }
+  const spectra::UpsampledReflectance up = spectra::upsample_reflectance(color);
+  put(up.coefficients, slot.value);
+  return {color, up.error};
+}
+
+void SpectralBuilder::convert(MaterialTable& materials, const TextureTable& textures,
+                              const std::vector<std::string>& names, std::vector<std::string>& warnings) {
+  for (std::size_t i = 0; i < materials.materials.size(); ++i) {
+    MaterialRecord& material = materials.materials[i];
+    material.luminance = static_cast<float>(luminance(color_of(material.spectra[0].value)));
+    UnreachedColor unreached;
+    const auto convert_slot = [&](SpectrumSlot& slot) {
+      unreached.add(slot.texture >= 0 ? worst_texel(textures, slot.texture) : convert(slot));
+    };
+    for (SpectrumSlot& slot : material.spectra) convert_slot(slot);
+    if (material.flags & kUsesExtended) {
+      for (SpectrumSlot& slot : materials.extended[static_cast<std::size_t>(material.extended)].spectra)
+        convert_slot(slot);
+    }
+    if (unreached.is_told())
+      warnings.push_back(absl::StrCat("material '", names[i], "': ", unreached.to_string()));
   }
 }
 
-void SpectralBuilder::convert(MaterialTable& materials) {
-  for (MaterialRecord& material : materials.materials) {
-    material.luminance = static_cast<float>(luminance(color_of(material.spectra[0].value)));
-    for (SpectrumSlot& slot : material.spectra) convert(slot);
+void SpectralBuilder::convert(const MediumTable& media, MediumRecord& medium) {
+  MediumValue &sigma_t = medium.sigma_t, &albedo = medium.albedo;
+  const Rgb extinction = color_of(sigma_t.value), scattering = color_of(albedo.value);
+  if (sigma_t.curve < 0) sigma_t.curve = add_factor(extinction);
+  if (albedo.curve < 0)
+    albedo.curve = medium.scattering_is_sigma_s ? add_factor(scattering) : add_reflectance(scattering);
+  // Majorants hold for all wavelengths.
+  const float most = std::ranges::max(curve(sigma_t.curve));
+  if (sigma_t.grid < 0) {
+    for (float& majorant : medium.majorants) majorant = most;
+    return;
   }
-  for (ExtendedRecord& extended : materials.extended) {
-    for (SpectrumSlot& slot : extended.spectra) convert(slot);
-  }
+  const float most_of_color = std::max({extinction.r, extinction.g, extinction.b});
+  // Densities of colours are up to twice as large as these (Spectra::density).
+  const bool has_colors = media.grids[static_cast<std::size_t>(sigma_t.grid)].channels == kBands;
+  for (float& majorant : medium.majorants)
+    majorant *= (has_colors ? 2 : 1) * (most_of_color > 0 ? most / most_of_color : 1);
 }
 
 void SpectralBuilder::convert(MediumTable& media) {
-  for (MediumRecord& medium : media.media) {
-    const Rgb extinction = color_of(medium.sigma_t.value);
-    medium.sigma_t.curve = add_factor(extinction);
-    medium.albedo.curve = add_factor(color_of(medium.albedo.value));
-    // Majorants hold for all wavelengths.
-    const auto first = tables_.curves.begin() + medium.sigma_t.curve * kCurveSamples;
-    const float most = *std::max_element(first, first + kCurveSamples),
-                most_of_color = std::max({extinction.r, extinction.g, extinction.b});
-    for (float& majorant : medium.majorants) majorant *= most_of_color > 0 ? most / most_of_color : 1;
-  }
+  for (MediumRecord& medium : media.media) convert(media, medium);
 }
 
 }  // namespace tessera::render

@@ -5,20 +5,25 @@
 #include <functional>
 #include <map>
 #include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "render/bsdf/material_table.h"
 #include "render/color/spectral_tables.h"
+#include "render/color/texture_table.h"
 #include "render/medium/medium_table.h"
+#include "render/scene/spectral/unreached_color.h"
 #include "spectra/color/rgb.h"
 #include "tessera/v1/scene.pb.h"
 
 namespace tessera::render {
 
-/// A spectrum as light: a grey times a curve, or times daylight where there is none; or a colour in daylight.
+/// A spectrum as light: a grey times a curve, or times daylight where there is none.
 struct SpectralEmission {
   spectra::Rgb color;
   std::int32_t curve = -1;
+  UnreachedColor unreached = {};
 };
 
 class SpectralBuilder {
@@ -30,23 +35,35 @@ class SpectralBuilder {
   std::int32_t add_curve(const std::function<double(double nm)>& value);
   /// The same of a spectrum that is no colour, times `scale`; nothing of one that is.
   std::optional<std::int32_t> add_measured(const v1::Spectrum& spectrum, double scale = 1);
-  /// Another curve, of a function of one that was added.
-  std::int32_t add_function_of(std::int32_t curve, const std::function<float(float)>& function);
+  /// The same of a colour: a reflectance that has it in daylight; or a factor of any size, up to twice its
+  /// largest component.
+  std::int32_t add_reflectance(const spectra::Rgb& color);
+  std::int32_t add_factor(const spectra::Rgb& color);
+  /// Another curve, of a function of one that was added, or the ratio of two, at most 1.
+  std::int32_t add_function_of(std::int32_t number, const std::function<float(float)>& function);
+  std::int32_t add_albedo(std::int32_t scattering, std::int32_t extinction);
 
   SpectralEmission emission_of(const v1::Spectrum& spectrum);
 
   /// From colours, which the tables have so far, to sigmoids and curves, once nothing asks for colours any
-  /// more.
-  void convert(MaterialTable& materials);
+  /// more. Warns of materials, by their names, that have a colour or a texel that no spectrum has.
+  void convert(MaterialTable& materials, const TextureTable& textures, const std::vector<std::string>& names,
+               std::vector<std::string>& warnings);
   void convert(MediumTable& media);
 
  private:
-  void convert(SpectrumSlot& slot);
-  std::int32_t add_factor(const spectra::Rgb& color);
-  std::int32_t add_light(const spectra::Rgb& color, float mean);
+  struct Light {
+    std::int32_t curve = -1;
+    UnreachedColor unreached = {};
+  };
+
+  Light add_light(const v1::Spectrum& spectrum, const spectra::Rgb& color, float mean);
+  UnreachedColor convert(SpectrumSlot& slot);
+  void convert(const MediumTable& media, MediumRecord& medium);
+  std::span<const float> curve(std::int32_t number) const;
 
   SpectralTables& tables_;
-  std::map<std::string, std::int32_t> curves_by_light_;
+  std::map<std::string, Light> lights_;
 };
 
 }  // namespace tessera::render

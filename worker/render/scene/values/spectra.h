@@ -1,6 +1,8 @@
 // Spectra of messages as colours.
 #pragma once
 
+#include <optional>
+
 #include "absl/status/status.h"
 #include "spectra/color/rgb.h"
 #include "spectra/curve.h"
@@ -12,9 +14,11 @@ namespace tessera::render {
 spectra::Rgb emission(const v1::Spectrum& spectrum);
 spectra::Rgb reflectance(const v1::Spectrum& spectrum);
 
-spectra::Curve curve_of(const v1::SampledSpectrum& sampled);
+/// The curve of a spectrum that was measured, sampled or named; nothing of others.
+std::optional<spectra::Curve> measured_curve(const v1::Spectrum& spectrum);
 
-/// InvalidArgument for numbers that are not finite, and for samples that do not ascend or do not pair up.
+/// InvalidArgument for numbers that are not finite, for samples that make no curve (spectra::check_curve),
+/// and for names that nothing has, with the nearest.
 absl::Status check_spectrum(const v1::Spectrum& spectrum, const char* what);
 
 }  // namespace tessera::render
