@@ -1,10 +1,9 @@
 #include "command/setting_options.h"
 
+#include <array>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
-#include "base/nearest_name.h"
 #include "command/jobs/auto_choice.h"
 #include "wire/algorithm.h"
 #include "wire/enum_words.h"
@@ -15,11 +14,7 @@ namespace {
 
 std::string check_integrator(const std::string& name) {
   if (name == kAutoIntegrator || wire::find_algorithm(name) != nullptr) return "";
-  std::vector<std::string> names;
-  for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) names.emplace_back(algorithm.name);
-  names.emplace_back(kAutoIntegrator);
-  return absl::StrCat("there is no integrator '", name, "'", base::did_you_mean(name, names),
-                      "; there is: ", absl::StrJoin(names, ", "));
+  return wire::why_no_algorithm(name, std::array{kAutoIntegrator});
 }
 
 std::vector<options::Choice> integrators() {

@@ -137,13 +137,6 @@ constexpr std::array kAlgorithms{
                     .diffuse_only = true,
                     .lists_instances = true,
                     .phases = kRadiosityPhases},
-    AlgorithmTraits{.name = "preview",
-                    .summary = "a z-buffer with shadow maps and ambient light: not physical, but at once",
-                    .bias = Bias::kBiased,
-                    .first_hit_aovs = true,
-                    .samples_all_light = true,
-                    .projects_points = true,
-                    .lists_instances = true},
     AlgorithmTraits{.name = "photon",
                     .summary = "photon mapping: caustics, in mirrors and through glass too",
                     .work = WorkKind::kPasses,
@@ -174,6 +167,13 @@ constexpr std::array kAlgorithms{
                     .blindness = Blindness::kCaustics,
                     .phases = kGuidePhases},
 };
+
+/// An algorithm that older versions had, and the one to take in its place.
+struct RemovedAlgorithm {
+  const char *name, *instead, *why;
+};
+constexpr std::array kRemoved{
+    RemovedAlgorithm{"preview", "raycast", "shows what the camera sees, with shadows, in less time"}};
 
 std::vector<AlgorithmTraits>& table() {
   static std::vector<AlgorithmTraits> all(kAlgorithms.begin(), kAlgorithms.end());
@@ -234,13 +234,22 @@ const AlgorithmTraits* find_algorithm(std::string_view name) {
   return it == all.end() ? nullptr : &*it;
 }
 
-absl::Status check_algorithm_name(const std::string& name) {
-  if (find_algorithm(name) != nullptr) return absl::OkStatus();
+std::string why_no_algorithm(const std::string& name, std::span<const char* const> others) {
   std::vector<std::string> names;
   for (const AlgorithmTraits& algorithm : table()) names.emplace_back(algorithm.name);
-  return absl::InvalidArgumentError(absl::StrCat("there is no integrator '", name, "'",
-                                                 base::did_you_mean(name, names),
-                                                 "; there is: ", absl::StrJoin(names, ", ")));
+  names.insert(names.end(), others.begin(), others.end());
+  const auto* const removed =
+      std::find_if(kRemoved.begin(), kRemoved.end(), [&](const auto& row) { return row.name == name; });
+  const std::string instead = removed == kRemoved.end()
+                                  ? base::did_you_mean(name, names)
+                                  : absl::StrCat(" any more; '", removed->instead, "' ", removed->why);
+  return absl::StrCat("there is no integrator '", name, "'", instead,
+                      "; there is: ", absl::StrJoin(names, ", "));
+}
+
+absl::Status check_algorithm_name(const std::string& name) {
+  if (find_algorithm(name) != nullptr) return absl::OkStatus();
+  return absl::InvalidArgumentError(why_no_algorithm(name));
 }
 
 }  // namespace tessera::wire

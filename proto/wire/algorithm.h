@@ -96,7 +96,11 @@ std::string description_of(const AlgorithmTraits& algorithm);
 /// The algorithm with this name, the default where it is empty; null where there is none.
 const AlgorithmTraits* find_algorithm(std::string_view name);
 
-/// InvalidArgument, naming all that there are, where there is none with this name.
+/// Tells, for people, that no algorithm has this name: the one that took its place or the nearest name, then
+/// all names that there are, `others` last.
+std::string why_no_algorithm(const std::string& name, std::span<const char* const> others = {});
+
+/// Returns InvalidArgument with why_no_algorithm() where no algorithm has this name.
 absl::Status check_algorithm_name(const std::string& name);
 
 }  // namespace tessera::wire

@@ -224,7 +224,7 @@ TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
   farm.add_worker(1);
   farm.add_worker(2);
   std::set<std::string> pictures;
-  for (const char* algorithm : {"direct", "whitted", "raycast", "preview"}) {
+  for (const char* algorithm : {"direct", "whitted", "raycast"}) {
     const Arguments job{"scenes/first-light/scene.textproto",
                         "--resolution",
                         "72x72",

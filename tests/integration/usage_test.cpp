@@ -389,6 +389,8 @@ TEST(Usage, AnIntegratorThatThereIsNotHasItsNearestName) {
   EXPECT_THAT(err, HasSubstr(", auto"));
   EXPECT_THAT(tessera({"render", kUsedScene, "-o", "x.exr", "--integrator", "atuo"}).err,
               HasSubstr("did you mean 'auto'?"));
+  EXPECT_THAT(tessera({"render", kUsedScene, "-o", "x.exr", "--integrator", "preview"}).err,
+              HasSubstr("there is no integrator 'preview' any more; 'raycast' shows"));
 }
 
 TEST(Usage, HelpNamesEveryKindOfSceneFile) {

@@ -443,8 +443,6 @@ TEST(JobSettings, OptionsOfOneIntegratorAreRefusedWithAnother) {
   check("mlt", [](Settings& own) { own.mutable_mlt()->set_mutations(64); });
   check("radiosity", [](Settings& own) { own.mutable_radiosity()->set_ignore_non_diffuse(true); });
   check("irradiance-cache", [](Settings& own) { own.mutable_irradiance_cache()->set_samples(64); });
-  check("preview", [](Settings& own) { own.mutable_preview()->set_shadows(v1::SHADOWS_NONE); });
-  check("preview", [](Settings& own) { own.mutable_preview()->set_ambient(0); });
   check("ao", [](Settings& own) { own.mutable_ao()->set_distance(0); });
   check("guided", [](Settings& own) { own.mutable_guided()->set_samples(2); });
 }

@@ -33,6 +33,8 @@ TEST(Algorithms, TheFirstIsTheDefault) {
   EXPECT_EQ(wire::find_algorithm("nosuch"), nullptr);
   EXPECT_THAT(std::string(wire::check_algorithm_name("nosuch").message()),
               HasSubstr("there is no integrator 'nosuch'"));
+  EXPECT_THAT(std::string(wire::check_algorithm_name("preview").message()),
+              HasSubstr("there is no integrator 'preview' any more; 'raycast' shows"));
 }
 
 /// Whether each algorithm takes a job is what its traits say.
@@ -105,7 +107,6 @@ TEST(Algorithms, EachHasItsOwnSettingsAlone) {
   asked.mutable_mlt()->set_mutations(5);
   asked.mutable_radiosity()->set_residual(0.5);
   asked.mutable_irradiance_cache()->set_error(0.5);
-  asked.mutable_preview()->set_ambient(0.5);
   asked.mutable_ao()->set_distance(0.5);
   asked.mutable_guided()->set_samples(0.5);
   for (const wire::AlgorithmTraits& traits : wire::algorithms()) {

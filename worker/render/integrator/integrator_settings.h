@@ -62,17 +62,4 @@ struct IrradianceCacheSettings {
   std::int32_t glossy_bands = 8;  // bands of spherical harmonics; 0: no records at glossy surfaces
 };
 
-enum class ShadowKind : std::uint8_t {
-  kNone,
-  kHard,      // one texel of a shadow map
-  kFiltered,  // the share of texels about it that are lit: percentage-closer filtering
-  kSoft       // the same, over as much as the lamp's size asks for
-};
-
-/// RenderSettings.preview
-struct PreviewSettings {
-  ShadowKind shadows = ShadowKind::kSoft;
-  float ambient = 1;  // factor of ambient light
-};
-
 }  // namespace tessera::render

@@ -79,7 +79,6 @@ struct SceneTables {
   OwnSettings own;  // the integrator's
   IrradianceCacheSettings irradiance_cache;
   RadiositySettings radiosity;
-  PreviewSettings preview;
   PhotonSettings photon;
   MetropolisSettings metropolis;
   // Shapes that are shaded alike: hits are sorted by group (a byte a shape) before they are shaded, so that

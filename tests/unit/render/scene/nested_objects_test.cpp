@@ -125,10 +125,10 @@ TEST(NestingPlan, RefusesWhatCannotBeCountedOrHeld) {
   EXPECT_EQ(
       plan(chain(9, 10), {8}, v1::NESTING_FLATTENED).status().message(),
       "nesting 'flattened' places every object in the world, here 111111111 instances; at most 16777216");
-  EXPECT_EQ(plan(chain(9, 10), {8}, v1::NESTING_KEPT, "integrator 'preview'").status().message(),
-            "integrator 'preview' places every object in the world, here 111111111 instances; at most "
+  EXPECT_EQ(plan(chain(9, 10), {8}, v1::NESTING_KEPT, "integrator 'radiosity'").status().message(),
+            "integrator 'radiosity' places every object in the world, here 111111111 instances; at most "
             "16777216");
-  EXPECT_THAT(plan(chain(3, 2), {2}, v1::NESTING_KEPT, "integrator 'preview'")->kept,
+  EXPECT_THAT(plan(chain(3, 2), {2}, v1::NESTING_KEPT, "integrator 'radiosity'")->kept,
               ElementsAre(false, false, false));
 }
 

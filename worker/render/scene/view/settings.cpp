@@ -49,19 +49,6 @@ OwnSettings own_settings(const v1::Algorithms& asked) {
   return result;
 }
 
-ShadowKind shadows_of(v1::Shadows asked) {
-  switch (asked) {
-    case v1::SHADOWS_NONE:
-      return ShadowKind::kNone;
-    case v1::SHADOWS_HARD:
-      return ShadowKind::kHard;
-    case v1::SHADOWS_PCF:
-      return ShadowKind::kFiltered;
-    default:
-      return ShadowKind::kSoft;
-  }
-}
-
 PhotonSettings photon_config(const v1::PhotonSettings& asked) {
   return {.radius = static_cast<float>(asked.radius()),
           .caustic_radius = static_cast<float>(asked.caustic_radius()),
@@ -135,8 +122,6 @@ Settings read_settings(const v1::JobSpec& job) {
     const wire::HitAovRow* const row = wire::find_hit_aov(static_cast<v1::AOV>(aov));
     if (row != nullptr) result.aovs.add(row->aov);
   }
-  result.preview.shadows = shadows_of(asked.preview().shadows());
-  result.preview.ambient = static_cast<float>(asked.preview().ambient());
   return result;
 }
 

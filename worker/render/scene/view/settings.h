@@ -21,7 +21,6 @@ struct Settings {
   IrradianceCacheSettings irradiance_cache;
   RadiositySettings radiosity;
   bool ignore_non_diffuse = false;
-  PreviewSettings preview;
   std::optional<StructureKind> structure;  // none: Embree's
   double grid_density = kGridDensity;
   bool shadow_cache = false;  // Embree's structures have none

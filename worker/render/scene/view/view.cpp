@@ -85,7 +85,6 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
   for (int i = 0; i < 3; ++i) tables.render_origin[i] = static_cast<float>(space.origin[i]);
   tables.irradiance_cache = settings.irradiance_cache;
   tables.radiosity = settings.radiosity;
-  tables.preview = settings.preview;
   tables.photon = settings.photon;
   tables.metropolis = settings.metropolis;
 }

@@ -34,7 +34,7 @@ bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop)
     if (!trace_lights(pass, {}, film, stop)) return false;
     merging_->end();
   }
-  while (batch_.start(work, frontier_.paths, kSubpaths, SamplePlaces::kRandom, pass_time_)) {
+  while (batch_.start(work, frontier_.paths, kSubpaths, pass_time_)) {
     if (stop.stop_requested()) return false;
     lights_.trace(batch_.keys(), batch_.size(),
                   {.keep = true, .film = merging_ ? nullptr : &film, .time = pass_time_});

@@ -61,7 +61,7 @@ bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) 
   }
   // One map for all passes is that of a scene that stands still: the camera may move.
   const std::optional<float> time = time_of_pass(scene_, seed_, work.pass());
-  while (batch_.start(work, paths_, kBatch, SamplePlaces::kRandom, time)) {
+  while (batch_.start(work, paths_, kBatch, time)) {
     if (stop.stop_requested()) return false;
     alive_ = batch_.size();
     for (int depth = 0; alive_ > 0; ++depth) advance(depth);

@@ -35,17 +35,6 @@ void find_hits(const SceneTables& scene, const RayQuery& rays, const PathState& 
   }
 }
 
-PixelPlace common_place(const PixelFilterRecord& filter, UInt number) {
-  // Steps of 1 / p and 1 / p^2 with p^3 = p + 1, from the middle on.
-  const Vec2 u{to_unit_float(number * 0xc13fa9a9u + 0x80000000u),
-               to_unit_float(number * 0x91e10da5u + 0x80000000u)};
-  const FilterSample sample = sample_filter(filter, u);
-  const auto steps = [](Float offset) {
-    return to_int(floor(fma(offset, kPlaceSteps, (kPlaceSteps + 1) * 0.5f)));
-  };
-  return {steps(sample.offset.x), steps(sample.offset.y), sample.weight};
-}
-
 namespace {
 
 /// Returns what the first pixel of each group has, for all of the group.
@@ -59,8 +48,7 @@ Wide<T> of_first_in_group(Wide<T> each, int group) {
 
 }  // namespace
 
-bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places,
-                        std::optional<float> shared_time) {
+bool SampleBatch::start(SampleSource& source, PathState& paths, int most, std::optional<float> shared_time) {
   name_next(source, most);
   const CommonPlaces* const common = source.places();
   const StageTimer timer(stats_.times, Stage::kCamera);
@@ -81,28 +69,20 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     Vec2 raster{to_float(bit_cast<std::int32_t>(px)), to_float(bit_cast<std::int32_t>(py))};
     Vec2 lens{Float(0.5f), Float(0.5f)};
     Float time(0.0f), weight;
-    if (places == SamplePlaces::kRandom) {
-      if (common != nullptr) {
-        const Int number = name.c[2] - static_cast<std::int32_t>(common->first);
-        const Mask named = Mask::first(size_ - slot);
-        raster = {raster.x + gather(common->x, number, named), raster.y + gather(common->y, number, named)};
-        weight = Float(1.0f);
-      } else {
-        const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
-        raster = {raster.x + 0.5f + filter.offset.x, raster.y + 0.5f + filter.offset.y};
-        weight = filter.weight;
-      }
-      if (has_lens(scene_.sensor)) lens = sampler.get_2d(dimension::kLens);
-      if (scene_.any_motion)
-        // Neighbours share light of one time.
-        time =
-            shared_time ? Float(*shared_time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
+    if (common != nullptr) {
+      const Int number = name.c[2] - static_cast<std::int32_t>(common->first);
+      const Mask named = Mask::first(size_ - slot);
+      raster = {raster.x + gather(common->x, number, named), raster.y + gather(common->y, number, named)};
+      weight = Float(1.0f);
     } else {
-      const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
-      raster = {fma(to_float(place.x), 1.0f / kPlaceSteps, raster.x),
-                fma(to_float(place.y), 1.0f / kPlaceSteps, raster.y)};
-      weight = place.weight;
+      const FilterSample filter = sample_filter(scene_.filter, sampler.get_2d(dimension::kFilm));
+      raster = {raster.x + 0.5f + filter.offset.x, raster.y + 0.5f + filter.offset.y};
+      weight = filter.weight;
     }
+    if (has_lens(scene_.sensor)) lens = sampler.get_2d(dimension::kLens);
+    if (scene_.any_motion)
+      // Neighbours share light of one time.
+      time = shared_time ? Float(*shared_time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
     const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
     const Wavelengths wavelengths =
         sample_wavelengths(scene_.spectral, [&] {  // Neighbours share light of the same ones.

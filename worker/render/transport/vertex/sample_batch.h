@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "render/film/film.h"
-#include "render/film/pixel_filter.h"
 #include "render/integrator/integrator.h"
 #include "render/sampling/sampler.h"
 #include "render/transport/vertex/first_hits.h"
@@ -27,22 +26,6 @@ enum class PathOrder { kNeighbours, kAny };
 void find_hits(const SceneTables& scene, const RayQuery& rays, const PathState& paths, int n, int depth,
                PathOrder order, HitState& hits);
 
-/// Where samples lie in their pixels.
-enum class SamplePlaces {
-  kRandom,
-  kSameInAllPixels  // those of a number; on the lens' middle, when the shutter opens
-};
-
-/// Those places are multiples of 1 / kPlaceSteps of a pixel.
-inline constexpr int kPlaceSteps = 256;
-struct PixelPlace {
-  Int x, y;      // steps from the pixel's upper left corner
-  Float weight;  // weight that the filter gives the place
-};
-/// The place of samples of a number, evenly distributed over the filter [Roberts 2018]: of number 0 the
-/// pixel's centre.
-PixelPlace common_place(const PixelFilterRecord& filter, UInt number);
-
 class SampleBatch {
  public:
   explicit SampleBatch(const IntegratorContext& context)
@@ -58,7 +41,7 @@ class SampleBatch {
   /// `paths`, in slots of the same number; random ones in scenes with motion at one time for all, or each at
   /// its own. False when nothing more is wanted.
   bool start(SampleSource& source, PathState& paths, int most = kBatch,
-             SamplePlaces places = SamplePlaces::kRandom, std::optional<float> time = std::nullopt);
+             std::optional<float> time = std::nullopt);
   /// Finds what the first `n` paths meet after `depth` events: find_hits() of neighbours, timed and counted,
   /// in which camera rays that nobody samples (kUnsampled) miss.
   void find_hits(const PathState& paths, int n, int depth, HitState& hits);
