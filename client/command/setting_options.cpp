@@ -1,7 +1,6 @@
 #include "command/setting_options.h"
 
 #include <array>
-#include <string_view>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -15,7 +14,7 @@ namespace {
 
 std::string check_integrator(const std::string& name) {
   if (name == kAutoIntegrator || wire::find_algorithm(name) != nullptr) return "";
-  return wire::why_no_algorithm(name, std::array<const char*, 1>{kAutoIntegrator});
+  return wire::why_no_algorithm(name, std::array{kAutoIntegrator});
 }
 
 std::vector<options::Choice> integrators() {

@@ -191,7 +191,7 @@ endfunction()
 
 # Kernels: code in namespace tessera::render::TESSERA_ISA, compiled once for every ISA that this processor
 # family has. Each ISA's objects are linked into one module that exports a single function
-# (worker/render/kernel/kernel.h), so that no inline function compiled for a newer ISA can be picked up by
+# and its build's name (worker/render/kernel/kernel_module.h), so that no inline function compiled for a newer ISA can be picked up by
 # code that must run everywhere.
 if(CMAKE_SYSTEM_PROCESSOR MATCHES "x86_64|AMD64")
   set(known_isas avx2 avx512)

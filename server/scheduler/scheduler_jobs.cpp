@@ -199,7 +199,8 @@ void Scheduler::settle(FarmJob& job, Time now) {
   }
   if (job.units.done() == job.units.count()) return course_.end(job, v1::DONE, "");
   if (job.units.set_aside() == 0) return;
-  const bool nothing = job.units.done() == 0 && !faults_.has_disputes(job);
+  // Units that never began because they wait for others, as those behind a phase do, may still work.
+  const bool nothing = job.units.set_aside() == job.units.count() && !faults_.has_disputes(job);
   course_.end(job, nothing ? v1::FAILED : v1::INCOMPLETE, faults_.what_is_missing(job));
 }
 

@@ -10,6 +10,7 @@
 #include <regex>
 #include <set>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "integration/farm_under_test.h"
 
@@ -367,6 +368,21 @@ TEST(Usage, AProgramWithoutItsModulesNamesThemAndWhereItLooked) {
     EXPECT_THAT(err, HasSubstr("libtessera_kernel_"));
     EXPECT_THAT(err, HasSubstr("Looked in " + bin + "../lib"));
   }
+}
+
+TEST(Usage, AWorkerRefusesModulesOfAnotherBuildByName) {
+  const support::TempDir folder;
+  for (const char* const name : {"bin", "lib"}) std::filesystem::create_directory(folder.path() / name);
+  std::filesystem::copy(worker_program(), folder.path() / "bin");
+  for (const char* const isa : {"avx512", "avx2", "neon"}) {
+    std::filesystem::copy(std::filesystem::path(worker_program()) / "../../lib/libother_kernel_module.so",
+                          folder.path() / absl::StrCat("lib/libtessera_kernel_", isa, ".so"));
+  }
+  const support::Finished worker =
+      run({(folder.path() / "bin/tessera-worker").string(), "--server", "127.0.0.1:1"});
+  EXPECT_EQ(worker.status.code, 2);
+  EXPECT_THAT(worker.err,
+              ContainsRegex("libtessera_kernel_[a-z0-9]+.so belongs to build 0.0.9-abc, this program"));
 }
 
 TEST(Completion, OfBashFindsCommandsOptionsAndWords) {

@@ -206,6 +206,7 @@ int run_worker(const Options& options, const std::shared_ptr<telemetry::RecentLi
     std::cerr << "tessera-worker: " << render::why_no_kernels() << '\n';
     return kUsage;
   }
+  for (const std::string& fault : render::refused_kernels()) spdlog::warn("{}", fault);
   auto agent = agent::Agent::create(std::make_unique<agent::GrpcLink>(*channel, options.server), worker);
   if (!agent.ok()) {
     std::cerr << "tessera-worker: " << agent.status().message() << '\n';

@@ -21,6 +21,9 @@ namespace tessera::render {
 
 /// Kernel ISAs that this machine can run and this build contains, best first: "avx512", "avx2", "neon".
 std::vector<std::string> supported_isas();
+/// Names the kernel modules that this processor could use and that are not used, for they belong to another
+/// build.
+std::vector<std::string> refused_kernels();
 /// Where there are none: which modules this machine could use, where they were looked for, and what is wrong
 /// with them.
 std::string why_no_kernels();

@@ -186,7 +186,10 @@ void JobSubmission::submit(const v1::SubmitJobRequest& request, Done<std::string
 
   JobEntry& entry = add_entry(*candidate, key);
   absl::StatusOr<std::vector<JournalEntry>> entries = schedule(entry, candidate->donor);
-  if (!entries.ok()) return done(entries.status());
+  if (!entries.ok()) {
+    core_.jobs().erase(entry.id);
+    return done(entries.status());
+  }
   // Workers may begin at once: their results are journaled after the job.
   core_.commit({.entries = *std::move(entries),
                 .shown = {{.job = entry.id, .results = entry.units_by_sequence.size(), .end = false}}},
@@ -204,7 +207,7 @@ JobEntry& JobSubmission::add_entry(const Candidate& candidate, const std::string
                            .request_id = key,
                            .shape = candidate.shape,
                            .submitted_unix_ms = core_.unix_now(),
-                           .uploaded_bytes = shares_.claim_uploads(candidate.shape->spec),
+                           .uploaded_bytes = 0,
                            .past = std::nullopt,
                            .stats = {},
                            .hosts = {},
@@ -215,6 +218,8 @@ JobEntry& JobSubmission::add_entry(const Candidate& candidate, const std::string
 
 absl::StatusOr<std::vector<JournalEntry>> JobSubmission::schedule(JobEntry& entry,
                                                                   const std::optional<Donor>& donor) {
+  if (absl::Status status = core_.scheduler().add_job(request_of(entry)); !status.ok()) return status;
+  entry.uploaded_bytes = shares_.claim_uploads(entry.shape->spec);
   std::vector<JournalEntry> entries;
   entries.push_back(JobAdded{.id = entry.id,
                              .request_id = entry.request_id,
@@ -222,13 +227,16 @@ absl::StatusOr<std::vector<JournalEntry>> JobSubmission::schedule(JobEntry& entr
                              .generation = entry.generation,
                              .submitted_unix_ms = entry.submitted_unix_ms,
                              .uploaded_bytes = entry.uploaded_bytes});
-  if (absl::Status status = core_.scheduler().add_job(request_of(entry)); !status.ok()) return status;
   core_.tell(news::JobSubmitted{entry});
   // The donor may have been deleted since it was read, and with it what would be copied.
   if (!donor || core_.jobs().find(donor->record.added.id) == nullptr) return entries;
   if (absl::Status status = adopt_results(core_.scheduler(), request_of(entry), *donor, entries);
-      !status.ok())
-    return status;
+      !status.ok()) {
+    // The job is here, and is rendered without them.
+    core_.tell(news::JobNoted{
+        entry, absl::StrCat("takes over nothing from job ", donor->record.added.id, ": ", status.message())});
+    return entries;
+  }
   for (const JournalEntry& journaled : entries) {
     const auto* const done = std::get_if<UnitDone>(&journaled);
     if (done == nullptr) continue;

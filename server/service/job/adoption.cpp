@@ -140,8 +140,10 @@ absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Do
     if (!donor.named && scheduler.worker_count() > 0 && !scheduler.has_class(*chosen))
       return absl::OkStatus();
   }
+  if (absl::Status status = scheduler.adopt(job.id, donor.record.added.id, adopted); !status.ok())
+    return status;
   entries.insert(entries.end(), std::make_move_iterator(done.begin()), std::make_move_iterator(done.end()));
-  return scheduler.adopt(job.id, donor.record.added.id, adopted);
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::server

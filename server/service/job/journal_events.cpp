@@ -9,10 +9,10 @@
 namespace tessera::server {
 namespace {
 
-using Kind = FarmEvent::Kind;
+using EventKind = FarmEvent::Kind;
 
 FarmEvent from_journal(const SchedulerEvent& entry) {
-  return {.kind = static_cast<Kind>(entry.kind),
+  return {.kind = static_cast<EventKind>(entry.kind),
           .job = entry.job,
           .unit = entry.unit,
           .value = entry.value,
@@ -33,16 +33,16 @@ SchedulerEvent plain(const FarmEvent& event) {
 
 void append_to_journal(const FarmEvent& event, std::int64_t now_unix_ms, std::vector<JournalEntry>& entries) {
   switch (event.kind) {
-    case Kind::kBound:
+    case EventKind::kBound:
       entries.push_back(JobBound{.id = event.job, .isa = event.text});
       return;
-    case Kind::kEnded:
+    case EventKind::kEnded:
       entries.push_back(JobEnded{.id = event.job,
                                  .state = static_cast<int>(event.value),
                                  .error = event.text,
                                  .finished_unix_ms = now_unix_ms});
       return;
-    case Kind::kReopened:
+    case EventKind::kReopened:
       entries.push_back(JobReopened{.id = event.job});
       break;
     default:
@@ -54,7 +54,7 @@ void append_to_journal(const FarmEvent& event, std::int64_t now_unix_ms, std::ve
 std::vector<std::uint64_t> revoked_results(const JobRecord& record) {
   std::vector<std::uint64_t> sequences;
   for (const SchedulerEvent& event : record.events) {
-    if (static_cast<Kind>(event.kind) == Kind::kRevoked)
+    if (static_cast<EventKind>(event.kind) == EventKind::kRevoked)
       sequences.push_back(static_cast<std::uint64_t>(event.value));
   }
   std::sort(sequences.begin(), sequences.end());
@@ -64,7 +64,7 @@ std::vector<std::uint64_t> revoked_results(const JobRecord& record) {
 ClassHistory classes_of(const JobRecord& record) {
   ClassHistory classes(record.isa);
   for (const SchedulerEvent& event : record.events) {
-    if (static_cast<Kind>(event.kind) != Kind::kClassNoted) continue;
+    if (static_cast<EventKind>(event.kind) != EventKind::kClassNoted) continue;
     classes.note(event.host, static_cast<std::uint32_t>(event.value), event.text);
   }
   return classes;

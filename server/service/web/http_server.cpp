@@ -63,7 +63,7 @@ gnutls_session_t session_of(MHD_Connection* connection) {
 /// The caller's certificate, in PEM, where there is one that one of these authorities has signed and that is
 /// valid.
 std::string certificate_of(MHD_Connection* connection, const std::string& authorities) {
-  gnutls_session_t const session = session_of(connection);
+  auto* const session = session_of(connection);
   if (session == nullptr) return "";
   unsigned count = 0;
   const gnutls_datum_t* const chain = gnutls_certificate_get_peers(session, &count);
@@ -134,16 +134,16 @@ Peer peer_of(MHD_Connection* connection) {
   return Peer::of(address);
 }
 
-constexpr std::size_t kMostConnections = 512, kMostOfAddress = 64;
+constexpr std::size_t kMostConnectionsOfPage = 512, kMostOfAddress = 64;
 constexpr std::chrono::seconds kSweepInterval{1};
 
 }  // namespace
 
 ConnectionLimits page_limits(bool is_loopback) {
-  return {.all = kMostConnections,
-          .of_address = is_loopback ? kMostConnections : kMostOfAddress,
-          .silent = kMostConnections - kMostConnections / 4,
-          .silent_of_address = is_loopback ? kMostConnections : kMostOfAddress / 2,
+  return {.all = kMostConnectionsOfPage,
+          .of_address = is_loopback ? kMostConnectionsOfPage : kMostOfAddress,
+          .silent = kMostConnectionsOfPage - kMostConnectionsOfPage / 4,
+          .silent_of_address = is_loopback ? kMostConnectionsOfPage : kMostOfAddress / 2,
           .silence = std::chrono::seconds{30}};
 }
 
@@ -210,7 +210,7 @@ struct HttpServer::Callbacks {
     *page = server;
     auto& self = *static_cast<HttpServer*>(server);
     // Browsers offer certificates of the authorities that are named; where those are others now, of any.
-    if (gnutls_session_t const session = session_of(connection);
+    if (auto* const session = session_of(connection);
         session != nullptr && self.certificates_.trusted() != self.trusted_) {
       gnutls_certificate_send_x509_rdn_sequence(session, 1);
     }

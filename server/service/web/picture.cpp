@@ -13,7 +13,7 @@
 namespace tessera::server {
 namespace {
 
-using Kind = PictureLayer::Kind;
+using LayerKind = PictureLayer::Kind;
 using Noise = PictureLayer::Noise;
 
 /// Rec. 709.
@@ -43,13 +43,13 @@ std::size_t cells(std::uint32_t pixels, std::uint32_t level) {
 }
 
 std::size_t bands_of(const PictureLayer& layer) {
-  const bool has_channels = layer.kind == Kind::kMean || layer.kind == Kind::kFirst;
+  const bool has_channels = layer.kind == LayerKind::kMean || layer.kind == LayerKind::kFirst;
   return has_channels ? std::min<std::size_t>(3, layer.channels.size()) : 1;
 }
 
 PictureLayer noise_layer(const std::vector<wire::ChannelDesc>& channels,
                          const std::vector<std::size_t>& color, bool has_pilot) {
-  PictureLayer layer{.name = "noise", .kind = Kind::kNoise, .channels = color};
+  PictureLayer layer{.name = "noise", .kind = LayerKind::kNoise, .channels = color};
   if (!has_pilot) return layer;
   for (std::size_t c = 0; c < channels.size(); ++c) {
     const bool of_color = std::ranges::find(color, std::size_t{channels[c].of}) != color.end();
@@ -76,13 +76,13 @@ std::vector<PictureLayer> layers_of(const std::vector<wire::ChannelDesc>& channe
     const bool alone = first || channels[c].name.starts_with("S0.");
     const std::string name = alone ? channels[c].name : group_of(channels[c].name);
     if (layers.empty() || layers.back().name != name || layers.back().channels.size() == 3)
-      layers.push_back({.name = name, .kind = first ? Kind::kFirst : Kind::kMean, .channels = {}});
+      layers.push_back({.name = name, .kind = first ? LayerKind::kFirst : LayerKind::kMean, .channels = {}});
     layers.back().channels.push_back(c);
   }
   if (!layers.empty() && layers.front().is_color())
     layers.push_back(noise_layer(channels, layers.front().channels, has_pilot));
-  layers.push_back({.name = "samples", .kind = Kind::kSamples, .channels = {}});
-  layers.push_back({.name = "cost", .kind = Kind::kCost, .channels = {}});
+  layers.push_back({.name = "samples", .kind = LayerKind::kSamples, .channels = {}});
+  layers.push_back({.name = "cost", .kind = LayerKind::kCost, .channels = {}});
   return layers;
 }
 
@@ -94,7 +94,7 @@ std::uint32_t Picture::level_for(const PixelArea& area) {
 
 std::size_t Picture::bytes_for(const PixelArea& area, const PictureLayer& layer) {
   const std::uint32_t level = level_for(area);
-  const std::size_t planes = 1 + bands_of(layer) + (layer.kind == Kind::kNoise ? 2 : 0);
+  const std::size_t planes = 1 + bands_of(layer) + (layer.kind == LayerKind::kNoise ? 2 : 0);
   return cells(area.width(), level) * cells(area.height(), level) * planes * sizeof(float);
 }
 
@@ -107,7 +107,7 @@ Picture::Picture(PixelArea area, std::uint32_t level, PictureLayer layer)
       height_(static_cast<std::uint32_t>(cells(area.height(), level))),
       weights_(std::size_t{width_} * height_),
       sums_(weights_.size() * bands_),
-      squares_(layer_.kind == Kind::kNoise ? weights_.size() : 0),
+      squares_(layer_.kind == LayerKind::kNoise ? weights_.size() : 0),
       parts_(squares_.size()) {}
 
 absl::Status Picture::add(const wire::TileResult& result, double cpu_seconds) {
@@ -136,20 +136,20 @@ void Picture::add_row(const wire::TileResult& result, std::uint32_t y, const Pix
     const auto count = static_cast<float>(result.counts[from]);
     const auto value = [&](std::size_t band) { return result.values[layer_.channels[band] * pixels + from]; };
     switch (layer_.kind) {
-      case Kind::kMean:
+      case LayerKind::kMean:
         for (std::size_t band = 0; band < bands_; ++band) sums_[band * plane + to] += value(band);
         break;
-      case Kind::kFirst:
+      case LayerKind::kFirst:
         if (weights_[to] == 0) sums_[to] = value(0);
         break;
-      case Kind::kNoise:
+      case LayerKind::kNoise:
         add_noise(result, x, y, to);
         continue;
-      case Kind::kSamples:
+      case LayerKind::kSamples:
         // The mean over the pixels of a cell, like all else.
         sums_[to] += count;
         break;
-      case Kind::kCost:
+      case LayerKind::kCost:
         sums_[to] += static_cast<float>(seconds_a_pixel);
         break;
     }
@@ -201,7 +201,7 @@ double Picture::noise_of(const Cell& cell) const {
 
 void Picture::merge(Cell& into, const Cell& cell) const {
   if (cell.weight == 0) return;
-  if (layer_.kind == Kind::kFirst) {
+  if (layer_.kind == LayerKind::kFirst) {
     if (into.weight == 0) into = cell;
     return;
   }
@@ -221,7 +221,7 @@ Picture::Cell Picture::cell_at(std::uint32_t level, std::uint32_t x, std::uint32
       const std::size_t at = std::size_t{v} * width_ + u;
       Cell cell{.weight = weights_[at]};
       for (std::size_t band = 0; band < bands_; ++band) cell.sum[band] = sums_[band * weights_.size() + at];
-      if (layer_.kind == Kind::kNoise && parts_[at] > 0) {
+      if (layer_.kind == LayerKind::kNoise && parts_[at] > 0) {
         cell.squares = squares_[at];
         cell.parts = parts_[at];
         if (const double error = noise_of(cell); !std::isnan(error)) {
@@ -232,17 +232,17 @@ Picture::Cell Picture::cell_at(std::uint32_t level, std::uint32_t x, std::uint32
       merge(all, cell);
     }
   }
-  if (layer_.kind == Kind::kNoise) {
+  if (layer_.kind == LayerKind::kNoise) {
     all.sum[0] = noise;
     all.weight = cells;
-  } else if (layer_.kind == Kind::kSamples || layer_.kind == Kind::kCost) {
+  } else if (layer_.kind == LayerKind::kSamples || layer_.kind == LayerKind::kCost) {
     // Sums over the film's pixels that there are: the mean is over those.
     const PixelArea film = intersection({(x << level) + area_.x0, (y << level) + area_.y0,
                                          ((x + 1) << level) + area_.x0, ((y + 1) << level) + area_.y0},
                                         area_);
     if (all.weight > 0) all.weight = double(film.width()) * film.height();
-    if (layer_.kind == Kind::kCost) all.sum[0] *= 1024;
-  } else if (layer_.kind == Kind::kFirst && all.weight > 0) {
+    if (layer_.kind == LayerKind::kCost) all.sum[0] *= 1024;
+  } else if (layer_.kind == LayerKind::kFirst && all.weight > 0) {
     all.weight = 1;
   }
   return all;

@@ -50,13 +50,21 @@ const Kind kKinds[] = {
      {"AmbientOcclusion", "ao"},
      {"proto/tessera/v1/settings.proto", "proto/wire/algorithm.cpp",
       "worker/render/textbook/ambient_occlusion/"}},
-    // Sets of solids, queries in doubles and meshes of lights go by closed forms of their own.
     {"shape",
      {"kTorus", "TorusShape", "Torus", "torus"},
-     {"proto/tessera/v1/shape.proto", "worker/render/query/nearest_point.cpp",
-      "worker/render/query/solid.cpp", "worker/render/scene/shape/add_geometry.cpp",
-      "worker/render/scene/shape/csg_solid.cpp", "worker/render/scene/shape/round_solids.cpp",
+     {"proto/tessera/v1/shape.proto", "worker/render/scene/shape/round_solids.cpp",
       "worker/render/shape/shape_table.h", "worker/render/shape/torus.cpp"}},
+    {"option of the structures that rays search",
+     {"grid_density", "kGridDensity"},
+     {"proto/tessera/v1/settings.proto", "worker/render/accel/grid/",
+      "worker/render/accel/structure/structure_options.h", "worker/render/scene/scene_content.cpp"}},
+    {"option of lights",
+     {"light_selection", "LightSelection", "LIGHT_SELECTION_TREE"},
+     {"proto/tessera/v1/settings.proto", "worker/render/light/light_build.cpp",
+      "worker/render/light/light_build.h", "worker/render/scene/light/light_builder.cpp"}},
+    {"option of a view",
+     {"texture_footprint"},
+     {"proto/tessera/v1/settings.proto", "proto/tessera/v1/job.proto", "worker/render/scene/view/view.cpp"}},
 };
 
 std::string text_of(const fs::path& file) {

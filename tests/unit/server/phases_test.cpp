@@ -132,6 +132,26 @@ TEST_F(PhasesTest, StepsFollowEachOtherAndReadWhatWasMade) {
   EXPECT_EQ(results, 4u);
 }
 
+TEST_F(PhasesTest, AJobWhosePhaseFailsIsIncompleteAndMayBeRetried) {
+  v1::JobSpec spec = job_spec();
+  test::add_test_phases(spec, {1, 1});
+  const std::string id = submit(spec);
+  for (int i = 0; i < 3; ++i) {
+    const std::vector<v1::Lease> part = lease_all();
+    ASSERT_THAT(units_of(part), ElementsAre(0));
+    ASSERT_TRUE(fail(worker_, part[0], "no luck").ok());
+  }
+  EXPECT_EQ(job(id).state(), v1::INCOMPLETE) << job(id).error();
+  EXPECT_THAT(job(id).error(), HasSubstr("1 of 6 units were set aside"));
+  grpc::ClientContext context;
+  v1::RetryJobRequest request;
+  request.set_job_id(id);
+  v1::RetryJobResponse response;
+  ASSERT_TRUE(farm_->RetryJob(&context, request, &response).ok());
+  finish_until(kAllUnits);
+  EXPECT_EQ(job(id).state(), v1::DONE);
+}
+
 TEST_F(PhasesTest, AResultMustNameABlobThatIsThere) {
   submit(phased_spec());
   const v1::Lease part = lease_all().front();

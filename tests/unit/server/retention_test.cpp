@@ -17,7 +17,7 @@ using std::chrono::milliseconds;
 
 constexpr hours kYears{24 * 365 * 10};
 
-class Retention : public CoordinatorTest {
+class RetentionTest : public CoordinatorTest {
  protected:
   CoordinatorOptions options() {
     CoordinatorOptions options;
@@ -83,7 +83,7 @@ class Retention : public CoordinatorTest {
   std::uint64_t rendered_bytes_ = 0;
 };
 
-TEST_F(Retention, AJobThatWasFetchedGoesBeforeOneThatWasNot) {
+TEST_F(RetentionTest, AJobThatWasFetchedGoesBeforeOneThatWasNot) {
   CoordinatorOptions short_lived = options();
   short_lived.keep_fetched = std::chrono::seconds{0};
   start(short_lived);
@@ -104,7 +104,7 @@ TEST_F(Retention, AJobThatWasFetchedGoesBeforeOneThatWasNot) {
   EXPECT_TRUE(has(open));
 }
 
-TEST_F(Retention, WhatNobodyFetchesHasItsTimeToo) {
+TEST_F(RetentionTest, WhatNobodyFetchesHasItsTimeToo) {
   CoordinatorOptions short_lived = options();
   short_lived.keep_unfetched = std::chrono::seconds{0};
   start(short_lived);
@@ -115,7 +115,7 @@ TEST_F(Retention, WhatNobodyFetchesHasItsTimeToo) {
   EXPECT_TRUE(has(other));  // not begun: its time has not come
 }
 
-TEST_F(Retention, TooManyBytesTakeFetchedJobsOnlyAndTheOldestFirst) {
+TEST_F(RetentionTest, TooManyBytesTakeFetchedJobsOnlyAndTheOldestFirst) {
   start(options());
   std::vector<std::string> ids;
   for (std::uint64_t seed = 0; seed < 3; ++seed) {
@@ -136,7 +136,7 @@ TEST_F(Retention, TooManyBytesTakeFetchedJobsOnlyAndTheOldestFirst) {
   EXPECT_TRUE(has(ids[1]));  // whatever the size: nobody has its image
 }
 
-TEST_F(Retention, ResultsThatWereTakenOverOutliveTheirFirstJob) {
+TEST_F(RetentionTest, ResultsThatWereTakenOverOutliveTheirFirstJob) {
   CoordinatorOptions short_lived = options();
   short_lived.keep_fetched = std::chrono::seconds{0};
   start(short_lived);
@@ -159,7 +159,7 @@ TEST_F(Retention, ResultsThatWereTakenOverOutliveTheirFirstJob) {
   }
 }
 
-TEST_F(Retention, BlobsGoWithTheLastJobThatNeedsThem) {
+TEST_F(RetentionTest, BlobsGoWithTheLastJobThatNeedsThem) {
   CoordinatorOptions short_lived = options();
   short_lived.keep_fetched = std::chrono::seconds{0};
   short_lived.keep_blobs = std::chrono::seconds{0};

@@ -6,14 +6,13 @@
 #include <cstddef>
 #include <deque>
 #include <filesystem>
-#include <map>
-#include <mutex>
 #include <string>
 #include <system_error>
 #include <vector>
 
 #include "render/accel/embree/accelerator.h"
 #include "render/core/processor.h"
+#include "render/kernel/kernel_module.h"
 #include "render/renderer.h"
 #include "wire/arithmetic_class.h"
 
@@ -23,10 +22,6 @@ namespace {
 
 // From the best on.
 constexpr const char* kIsas[] = {"avx512", "avx2", "neon"};
-
-std::string module_of(const std::string& isa, KernelLight light = KernelLight::kRgb) {
-  return (light == KernelLight::kRgb ? "libtessera_kernel_" : "libtessera_spectral_") + isa + ".so";
-}
 
 /// The folders in which dlopen() looks: the program's run path (deploy/cmake/TesseraOptions.cmake), which the
 /// loader does not tell where it does not exist, then those of the system's configuration.
@@ -68,19 +63,17 @@ const Algorithm* Kernel::find(std::string_view name) const {
 }
 
 const Kernel* find_kernel(const std::string& isa, KernelLight light) {
-  static std::mutex mutex;
-  static std::map<std::string, const Kernel*> loaded;
-  std::lock_guard lock(mutex);
-  const std::string module_name = module_of(isa, light);
-  if (auto it = loaded.find(module_name); it != loaded.end()) return it->second;
-  const Kernel* kernel = nullptr;
-  if (processor_has(isa)) {
-    // Found by the program's run path. Never unloaded: Embree holds pointers into it.
-    if (void* module = dlopen(module_name.c_str(), RTLD_NOW | RTLD_LOCAL)) {
-      if (auto entry = reinterpret_cast<KernelEntry>(dlsym(module, kKernelEntryName))) kernel = entry();
-    }
+  const absl::StatusOr<const Kernel*> kernel = kernel_of(isa, light);
+  return kernel.ok() ? *kernel : nullptr;
+}
+
+std::vector<std::string> refused_kernels() {
+  std::vector<std::string> faults;
+  for (const char* isa : kIsas) {
+    const absl::Status status = kernel_of(isa, KernelLight::kRgb).status();
+    if (absl::IsFailedPrecondition(status)) faults.emplace_back(status.message());
   }
-  return loaded[module_name] = kernel;
+  return faults;
 }
 
 std::vector<std::string> supported_isas() {
@@ -106,11 +99,11 @@ std::string why_no_kernels() {
   std::string modules, reasons;
   for (const char* isa : kIsas) {
     if (!processor_has(isa)) continue;
-    const std::string module = module_of(isa);
+    const std::string module = kernel_file(isa, KernelLight::kRgb);
     modules += (modules.empty() ? "" : ", ") + module;
-    // A module that is there, and cannot be opened all the same, lacks a library.
-    if (dlopen(module.c_str(), RTLD_NOW | RTLD_LOCAL) != nullptr) continue;
-    if (const char* const error = dlerror(); error != nullptr) reasons += std::string("\n  ") + error;
+    // A module that is there may lack a library, or belong to another build.
+    if (const absl::Status status = kernel_of(isa, KernelLight::kRgb).status(); !status.ok())
+      reasons += "\n  " + std::string(status.message());
   }
   if (modules.empty())
     return "this processor has neither AVX-512 nor AVX2 nor NEON, and there are kernels for no other";

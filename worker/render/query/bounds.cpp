@@ -14,8 +14,8 @@ void add(BoundsReport& to, const V3d& p) {
 }
 
 /// One of a shape, mapped by `place` from the space that it is placed in.
-void add_shape(const ShapeTable& table, const ShapeRecord& shape, const Box& box, const ExactAffine& place,
-               BoundsReport& to) {
+void add_shape(const ShapeTable& table, const ShapeRecord& shape, const QueryKernel& kernel, const Box& box,
+               const ExactAffine& place, BoundsReport& to) {
   if (box.empty()) return;
   if (shape.kind == ShapeKind::kTriangles) {
     for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
@@ -33,7 +33,7 @@ void add_shape(const ShapeTable& table, const ShapeRecord& shape, const Box& box
   bool known = true;
   for (int k = 0; k < 3; ++k) {
     const V3d row(all.m[4 * k], all.m[4 * k + 1], all.m[4 * k + 2]);
-    const auto most = support(table, shape, row), least = support(table, shape, -row);
+    const auto most = support(table, shape, kernel, row), least = support(table, shape, kernel, -row);
     known = known && most && least;
     high[k] = all.m[4 * k + 3] + most.value_or(0), low[k] = all.m[4 * k + 3] - least.value_or(0);
   }
@@ -79,7 +79,7 @@ std::vector<BoundsReport> QueryScene::bounds() const {
     BoundsReport row = nothing();
     row.shape = s;
     row.unbounded = is_unbounded(record(s));
-    add_shape(table(), record(s), boxes[static_cast<std::size_t>(s)], here, row);
+    add_shape(table(), record(s), *parts_.kernel, boxes[static_cast<std::size_t>(s)], here, row);
     add_row(row);
   }
   // An object's corners are gone through for each of its instances.
@@ -101,7 +101,7 @@ std::vector<BoundsReport> QueryScene::bounds() const {
     for (std::int32_t s = object.first_shape; s < object.first_shape + object.shape_count; ++s) {
       ShapeRecord shape = record(s);
       if (corners > kMostCorners && shape.kind == ShapeKind::kTriangles) shape.kind = ShapeKind::kCount;
-      add_shape(table(), shape, boxes[static_cast<std::size_t>(s)], place, row);
+      add_shape(table(), shape, *parts_.kernel, boxes[static_cast<std::size_t>(s)], place, row);
     }
     add_row(row);
   }
@@ -117,7 +117,8 @@ std::vector<ShapeReport> QueryScene::inspect() const {
     if (report.is_mesh) {
       report.mesh = inspect_mesh(table(), shape);
     } else {
-      report.mesh.closed = shape.kind != ShapeKind::kCurves && bounds_solid(table(), shape).value_or(true);
+      report.mesh.closed =
+          shape.kind != ShapeKind::kCurves && bounds_solid(table(), shape, *parts_.kernel).value_or(true);
     }
     reports.push_back(std::move(report));
   }

@@ -18,11 +18,13 @@ double distance_to(const Box& box, const V3d& p) {
   return std::sqrt(squared);
 }
 
-bool has_formula(const ShapeTable& table, const ShapeRecord& shape, const ExactAffine& place) {
+bool has_formula(const ShapeTable& table, const ShapeRecord& shape, const QueryKernel& kernel,
+                 const ExactAffine& place) {
   if (shape.kind == ShapeKind::kTriangles) return true;
   if (shape.kind == ShapeKind::kSphere && !table.quadrics[static_cast<std::size_t>(shape.quadric)].partial)
     return true;
-  return !plane_faces(table, shape).empty() || nearest_on_round({0, 0, 0}, place, table, shape).has_value();
+  return !plane_faces(table, shape).empty() ||
+         nearest_on_round({0, 0, 0}, place, table, shape, kernel).has_value();
 }
 
 }  // namespace
@@ -125,9 +127,9 @@ class ClosestSearch {
       take(nearest_on_polygon(p_, corners_), crossing);
     }
     if (!faces.empty()) return;
-    if (const auto q = nearest_on_round(p_, place, table, shape)) {
+    if (const auto q = nearest_on_round(p_, place, table, shape, *scene_.parts_.kernel)) {
       take(*q, crossing);
-    } else if (has_formula(table, shape, place)) {
+    } else if (has_formula(table, shape, *scene_.parts_.kernel, place)) {
       take(nearest_on_ellipsoid(p_, place, table.quadrics[static_cast<std::size_t>(shape.quadric)].radius),
            crossing);
     } else {
@@ -158,7 +160,8 @@ std::vector<std::int32_t> QueryScene::without_closest() const {
   const std::span<const ShapeRecord> placed = table().placed();
   for (std::size_t i = 0; i < placed.size(); ++i) {
     const ShapeRecord& shape = placed[i];
-    if (shape.kind != ShapeKind::kCurves && !has_formula(table(), shape, placed_from_object(table(), shape)))
+    if (shape.kind != ShapeKind::kCurves &&
+        !has_formula(table(), shape, *parts_.kernel, placed_from_object(table(), shape)))
       shapes.push_back(static_cast<std::int32_t>(i));
   }
   return shapes;

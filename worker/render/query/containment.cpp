@@ -162,7 +162,7 @@ class ContainmentSearch {
       c.winding = facts.winding->at(own_point(instance));
       return c;
     }
-    c.closed = bounds_solid(scene_.table(), record).value_or(true);
+    c.closed = bounds_solid(scene_.table(), record, *scene_.parts_.kernel).value_or(true);
     const auto within = in_solid(scene_.table(), record, *scene_.parts_.kernel, own_point(instance));
     // Solids without a formula: what the line's crossings say, with their directions.
     c.winding = within ? (*within ? 1 : 0) : c.closed ? crossed_out(place) : 0;

@@ -49,56 +49,23 @@ void diagonalise(double (&a)[3][3], double (&v)[3][3]) {
   }
 }
 
-/// A piece of the curve that turns about the z axis: x is the distance from it. A segment, or an arc about
-/// `a` of radius `radius`, between two heights.
-struct Piece {
-  double ax, az, bx, bz;
-  double radius = 0, z_low = 0, z_high = 0;
-
-  /// The closest point to (x, z); x may be below 0, on the axis' other side.
-  void nearest(double x, double z, double& at_x, double& at_z) const {
-    if (radius == 0) {
-      const V3d q = nearest_on_segment({x, 0, z}, {ax, 0, az}, {bx, 0, bz});
-      at_x = q.x, at_z = q.z;
-      return;
-    }
-    const double dx = x - ax, dz = z - az, length = std::hypot(dx, dz);
-    at_x = length > 0 ? ax + dx * radius / length : ax + radius,
-    at_z = length > 0 ? az + dz * radius / length : az;
-    if (at_z >= z_low && at_z <= z_high && at_x >= 0) return;
-    // An end of the arc.
-    double best = HUGE_VAL;
-    for (const double end : {z_low, z_high}) {
-      const double end_x = ax + std::sqrt(std::max(radius * radius - (end - az) * (end - az), 0.0));
-      if (const double d = std::hypot(x - end_x, z - end); d < best) best = d, at_x = end_x, at_z = end;
-    }
+/// The point of a piece that is closest to (x, z); x may be below 0, on the axis' other side.
+void nearest_on_piece(const ProfilePiece& piece, double x, double z, double& at_x, double& at_z) {
+  const auto& [ax, az, bx, bz, radius, z_low, z_high] = piece;
+  if (radius == 0) {
+    const V3d q = nearest_on_segment({x, 0, z}, {ax, 0, az}, {bx, 0, bz});
+    at_x = q.x, at_z = q.z;
+    return;
   }
-};
-
-std::vector<Piece> profile_of(const ShapeRecord& shape, const QuadricRecord& q) {
-  const double r = q.radius, low = q.z_min, high = q.z_max;
-  switch (shape.kind) {
-    case ShapeKind::kSphere:
-      return {{.ax = 0, .az = 0, .bx = 0, .bz = 0, .radius = r, .z_low = low, .z_high = high}};
-    case ShapeKind::kTorus: {
-      const double tube = q.inner_radius;
-      return {{.ax = 1, .az = 0, .bx = 0, .bz = 0, .radius = tube, .z_low = -tube, .z_high = tube}};
-    }
-    case ShapeKind::kDisk:
-      return {{.ax = q.inner_radius, .az = q.height, .bx = r, .bz = q.height}};
-    case ShapeKind::kCylinder:
-      return {{.ax = r, .az = low, .bx = r, .bz = high}};
-    case ShapeKind::kFrustum: {
-      const double top = q.top_radius;
-      std::vector<Piece> pieces{{.ax = r, .az = -1, .bx = top, .bz = 1}};
-      if (q.capped) {
-        pieces.push_back({.ax = 0, .az = -1, .bx = r, .bz = -1});
-        pieces.push_back({.ax = 0, .az = 1, .bx = top, .bz = 1});
-      }
-      return pieces;
-    }
-    default:
-      return {};
+  const double dx = x - ax, dz = z - az, length = std::hypot(dx, dz);
+  at_x = length > 0 ? ax + dx * radius / length : ax + radius,
+  at_z = length > 0 ? az + dz * radius / length : az;
+  if (at_z >= z_low && at_z <= z_high && at_x >= 0) return;
+  // An end of the arc.
+  double best = HUGE_VAL;
+  for (const double end : {z_low, z_high}) {
+    const double end_x = ax + std::sqrt(std::max(radius * radius - (end - az) * (end - az), 0.0));
+    if (const double d = std::hypot(x - end_x, z - end); d < best) best = d, at_x = end_x, at_z = end;
   }
 }
 
@@ -222,15 +189,16 @@ V3d nearest_on_ellipsoid(const V3d& p, const ExactAffine& place, double radius) 
 }
 
 std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, const ShapeTable& table,
-                                    const ShapeRecord& shape) {
-  if (shape.kind >= ShapeKind::kCount) return std::nullopt;
+                                    const ShapeRecord& shape, const QueryKernel& kernel) {
+  const RoundForm* const form = kernel.round_form(shape.kind);
+  if (form == nullptr) return std::nullopt;
   const auto quadric = static_cast<std::size_t>(shape.quadric);
   if (quadric >= table.quadrics.size()) return std::nullopt;
   const QuadricRecord& q = table.quadrics[quadric];
-  std::vector<Piece> pieces = profile_of(shape, q);
+  std::vector<ProfilePiece> pieces = form->profile(q);
   const std::optional<AxialScale> scale = axial_scale(place);
-  if (pieces.empty() || !scale) return std::nullopt;
-  for (Piece& piece : pieces) {
+  if (!scale) return std::nullopt;
+  for (ProfilePiece& piece : pieces) {
     if (piece.radius != 0 && std::abs(scale->across - scale->along) > 0x1p-18 * scale->across)
       return std::nullopt;  // no arc of a circle any more
     piece.ax *= scale->across, piece.bx *= scale->across, piece.radius *= scale->across;
@@ -241,9 +209,9 @@ std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, cons
   own = {own.x * scale->across, own.y * scale->across, own.z * scale->along};
   std::optional<V3d> best;
   const auto try_at = [&](double cosine, double sine) {
-    for (const Piece& piece : pieces) {
+    for (const ProfilePiece& piece : pieces) {
       double x = 0, z = 0;
-      piece.nearest(own.x * cosine + own.y * sine, own.z, x, z);
+      nearest_on_piece(piece, own.x * cosine + own.y * sine, own.z, x, z);
       const V3d found{x * cosine, x * sine, z};
       best = best ? nearer(own, *best, found) : found;
     }

@@ -28,7 +28,7 @@ V3d nearest_on_ellipsoid(const V3d& p, const ExactAffine& place, double radius);
 /// axis, but where it is round along that (spheres, tori). What `place` is off from such a map, up to 2^-18
 /// of its scale, the answer is off. nullopt for other maps, and for kinds that are no such surface.
 std::optional<V3d> nearest_on_round(const V3d& p, const ExactAffine& place, const ShapeTable& table,
-                                    const ShapeRecord& shape);
+                                    const ShapeRecord& shape, const QueryKernel& kernel);
 
 /// The least that a map makes of a length of 1.
 double least_scale(const ExactAffine& map);

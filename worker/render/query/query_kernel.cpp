@@ -119,10 +119,15 @@ void describe(const ShapeTable& table, std::span<const ExactRay* const> rays, fl
   }
 }
 
+const RoundForm* round_form(ShapeKind kind) {
+  const AnalyticShape* const model = analytic_shape(kind);
+  return model == nullptr ? nullptr : model->round_form();
+}
+
 }  // namespace
 
 const QueryKernel& query_kernel() {
-  static constexpr QueryKernel kKernel{&find_crossings, &describe, &implicit_value};
+  static constexpr QueryKernel kKernel{&find_crossings, &describe, &implicit_value, &round_form};
   return kKernel;
 }
 

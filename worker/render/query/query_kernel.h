@@ -7,6 +7,7 @@
 
 #include "render/query/query_structure.h"
 #include "render/shape/exact_ray.h"
+#include "render/shape/round_form.h"
 
 namespace tessera::render {
 
@@ -38,6 +39,8 @@ struct QueryKernel {
                    std::span<const Crossing> crossings, std::span<SurfacePoint> points);
   /// The function of an implicit surface at a point of its object space.
   double (*implicit_value)(const ImplicitRecord& surface, const double (&p)[3]);
+  /// What is known of a kind in closed form; null where nothing is.
+  const RoundForm* (*round_form)(ShapeKind kind);
 };
 
 }  // namespace tessera::render

@@ -49,22 +49,14 @@ bool in_bounds(const ImplicitRecord& surface, const V3d& p) {
   return !surface.in_sphere || from_centre <= double{surface.radius} * surface.radius;
 }
 
-/// In object space.
-bool in_quadric(const ShapeTable& table, const ShapeRecord& shape, const V3d& p) {
+/// In object space; of solids with plane faces.
+bool in_flat(const ShapeTable& table, const ShapeRecord& shape, const V3d& p) {
   const QuadricRecord& q = quadric_of(table, shape);
-  const double rho = std::hypot(p.x, p.y);
   switch (shape.kind) {
-    case ShapeKind::kSphere:
-      return p.length2() < double{q.radius} * q.radius;
     case ShapeKind::kBox:
       return std::max({std::abs(p.x), std::abs(p.y), std::abs(p.z)}) < 1;
     case ShapeKind::kPolyhedron:
       return std::ranges::all_of(facets_of(table, q), [&](const Facet& f) { return above(f, p) < 0; });
-    case ShapeKind::kTorus:
-      return std::hypot(rho - 1, p.z) < double{q.inner_radius};
-    case ShapeKind::kFrustum:
-      return std::abs(p.z) < 1 &&
-             rho < (double{q.radius} + q.top_radius) / 2 + (double{q.top_radius} - q.radius) / 2 * p.z;
     default:
       return p.z < 0;  // kHalfSpace
   }
@@ -95,43 +87,32 @@ Face cut_face(std::span<const Facet> facets, std::size_t which) {
 }  // namespace
 
 ExactAffine placed_from_object(const ShapeTable& table, const ShapeRecord& shape) {
+  constexpr ExactAffine kHere{{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
   switch (shape.kind) {
-    case ShapeKind::kSphere:
-    case ShapeKind::kDisk:
-    case ShapeKind::kCylinder:
-    case ShapeKind::kHalfSpace:
-    case ShapeKind::kFrustum:
-    case ShapeKind::kPolygon:
-    case ShapeKind::kBox:
-    case ShapeKind::kPolyhedron:
-    case ShapeKind::kTorus:
-      return exact(quadric_of(table, shape).render_from_object);
+    case ShapeKind::kTriangles:
+    case ShapeKind::kCurves:
+    case ShapeKind::kCsg:
+      return kHere;
     case ShapeKind::kSdfGrid:
       return exact(table.sdf_grids[static_cast<std::size_t>(shape.quadric)].render_from_object);
     case ShapeKind::kImplicit:
       return exact(table.implicits[static_cast<std::size_t>(shape.quadric)].render_from_object);
     default:
-      return {{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0}};
+      return shape.kind < ShapeKind::kCount ? exact(quadric_of(table, shape).render_from_object) : kHere;
   }
 }
 
-std::optional<bool> bounds_solid(const ShapeTable& table, const ShapeRecord& shape) {
+std::optional<bool> bounds_solid(const ShapeTable& table, const ShapeRecord& shape,
+                                 const QueryKernel& kernel) {
+  if (const RoundForm* const form = kernel.round_form(shape.kind))
+    return form->is_solid(quadric_of(table, shape));
   switch (shape.kind) {
-    case ShapeKind::kSphere:
-      return !quadric_of(table, shape).partial;
-    case ShapeKind::kFrustum: {
-      const QuadricRecord& q = quadric_of(table, shape);
-      return q.capped && !q.partial;
-    }
     case ShapeKind::kHalfSpace:
     case ShapeKind::kBox:
     case ShapeKind::kPolyhedron:
-    case ShapeKind::kTorus:
     case ShapeKind::kSdfGrid:
     case ShapeKind::kImplicit:
       return true;
-    case ShapeKind::kDisk:
-    case ShapeKind::kCylinder:
     case ShapeKind::kPolygon:
       return false;
     default:
@@ -141,7 +122,7 @@ std::optional<bool> bounds_solid(const ShapeTable& table, const ShapeRecord& sha
 
 std::optional<bool> in_solid(const ShapeTable& table, const ShapeRecord& shape, const QueryKernel& kernel,
                              const V3d& p) {
-  if (!bounds_solid(table, shape).value_or(false)) return std::nullopt;
+  if (!bounds_solid(table, shape, kernel).value_or(false)) return std::nullopt;
   const V3d at = apply(inverse(placed_from_object(table, shape)), p);
   if (shape.kind == ShapeKind::kSdfGrid)
     return grid_value(table.sdf_grids[static_cast<std::size_t>(shape.quadric)], at) < 0;
@@ -149,42 +130,24 @@ std::optional<bool> in_solid(const ShapeTable& table, const ShapeRecord& shape, 
     const ImplicitRecord& surface = table.implicits[static_cast<std::size_t>(shape.quadric)];
     return in_bounds(surface, at) && kernel.implicit_value(surface, {at.x, at.y, at.z}) < 0;
   }
-  return in_quadric(table, shape, at);
+  if (const RoundForm* const form = kernel.round_form(shape.kind))
+    return form->contains(quadric_of(table, shape), {at.x, at.y, at.z});
+  return in_flat(table, shape, at);
 }
 
-std::optional<double> support(const ShapeTable& table, const ShapeRecord& shape, const V3d& a) {
-  const auto across = [&] { return std::hypot(a.x, a.y); };
-  switch (shape.kind) {
-    case ShapeKind::kSphere: {
-      const QuadricRecord& q = quadric_of(table, shape);
-      return q.partial ? std::nullopt : std::optional(double{q.radius} * a.length());
-    }
-    case ShapeKind::kDisk: {
-      const QuadricRecord& q = quadric_of(table, shape);
-      return q.partial ? std::nullopt : std::optional(double{q.radius} * across() + double{q.height} * a.z);
-    }
-    case ShapeKind::kCylinder: {
-      const QuadricRecord& q = quadric_of(table, shape);
-      if (q.partial) return std::nullopt;
-      return double{q.radius} * across() + std::max(double{q.z_min} * a.z, double{q.z_max} * a.z);
-    }
-    case ShapeKind::kFrustum: {
-      const QuadricRecord& q = quadric_of(table, shape);
-      if (q.partial) return std::nullopt;
-      return std::max(double{q.radius} * across() - a.z, double{q.top_radius} * across() + a.z);
-    }
-    case ShapeKind::kTorus:
-      return across() + double{quadric_of(table, shape).inner_radius} * a.length();
-    default: {
-      const std::vector<Face> faces = plane_faces(table, shape);
-      if (faces.empty()) return std::nullopt;
-      double most = -HUGE_VAL;
-      for (const Face& face : faces) {
-        for (const V3d& p : face) most = std::max(most, a.dot(p));
-      }
-      return most;
-    }
+std::optional<double> support(const ShapeTable& table, const ShapeRecord& shape, const QueryKernel& kernel,
+                              const V3d& a) {
+  if (const RoundForm* const form = kernel.round_form(shape.kind)) {
+    const QuadricRecord& q = quadric_of(table, shape);
+    return q.partial ? std::nullopt : std::optional(form->support(q, {a.x, a.y, a.z}));
   }
+  const std::vector<Face> faces = plane_faces(table, shape);
+  if (faces.empty()) return std::nullopt;
+  double most = -HUGE_VAL;
+  for (const Face& face : faces) {
+    for (const V3d& p : face) most = std::max(most, a.dot(p));
+  }
+  return most;
 }
 
 std::vector<Face> plane_faces(const ShapeTable& table, const ShapeRecord& shape) {

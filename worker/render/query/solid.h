@@ -12,7 +12,8 @@ namespace tessera::render {
 
 /// Whether a shape bounds a solid: nullopt where its table does not say (meshes, and kinds that are not known
 /// here). Implicit surfaces and grids count as closed; where their bounds cut them they are not.
-std::optional<bool> bounds_solid(const ShapeTable& table, const ShapeRecord& shape);
+std::optional<bool> bounds_solid(const ShapeTable& table, const ShapeRecord& shape,
+                                 const QueryKernel& kernel);
 
 /// Whether a point of the space that the shape is placed in is within its solid; nullopt where bounds_solid()
 /// is not true.
@@ -21,7 +22,8 @@ std::optional<bool> in_solid(const ShapeTable& table, const ShapeRecord& shape, 
 
 /// The greatest a . p over the shape's points p of object space: for tight bounds. nullopt where there is no
 /// formula.
-std::optional<double> support(const ShapeTable& table, const ShapeRecord& shape, const V3d& a);
+std::optional<double> support(const ShapeTable& table, const ShapeRecord& shape, const QueryKernel& kernel,
+                              const V3d& a);
 
 /// The map of shapes that are in ShapeTable::quadrics; the identity for others.
 ExactAffine placed_from_object(const ShapeTable& table, const ShapeRecord& shape);

@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/accel/accel_kernel.h"
-#include "render/kernel/kernel.h"
+#include "render/kernel/kernel_module.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/scene_content.h"
 #include "wire/algorithm_fit.h"
@@ -16,11 +16,12 @@ absl::StatusOr<std::unique_ptr<const QueryScene>> load_query(const v1::Scene& sc
                                                              const BlobSource& blobs,
                                                              const QueryOptions& options,
                                                              std::vector<std::string>& warnings) {
-  const Kernel* const kernel = find_kernel(options.isa);
-  if (kernel == nullptr) {
+  const auto found = kernel_of(options.isa, KernelLight::kRgb);
+  if (!found.ok()) {
     return absl::FailedPreconditionError(
-        absl::StrCat("this build or processor has no kernels for ISA '", options.isa, "'"));
+        absl::StrCat("there are no kernels for ISA '", options.isa, "' here: ", found.status().message()));
   }
+  const Kernel* const kernel = *found;
   if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
   if (auto s = wire::check_obstacles(job.content().algorithms(), scene); !s.ok()) return s;
   // Crossings name a shape and an instance, with no levels between.

@@ -15,7 +15,7 @@
 #include "render/film/fixed_tile.h"
 #include "render/film/pass_film.h"
 #include "render/film/scatter_tile.h"
-#include "render/kernel/kernel.h"
+#include "render/kernel/kernel_module.h"
 #include "render/scene/light/unseen_light.h"
 #include "render/scene/memory/heap_bytes.h"
 #include "render/scene/memory/table_members.h"
@@ -42,13 +42,13 @@ class BuiltScene final : public RenderScene {
                                                            const BlobSource& blobs,
                                                            const LoadOptions& options) {
     const bool spectral = job.content().algorithms().color() == v1::COLOR_SPECTRAL;
-    const Kernel* const kernel =
-        find_kernel(options.isa, spectral ? KernelLight::kWavelengths : KernelLight::kRgb);
-    if (!kernel) {
-      return absl::FailedPreconditionError(absl::StrCat("this build or processor has no kernels for ISA '",
-                                                        options.isa, "'",
-                                                        spectral ? " that carry light of wavelengths" : ""));
+    const auto found = kernel_of(options.isa, spectral ? KernelLight::kWavelengths : KernelLight::kRgb);
+    if (!found.ok()) {
+      return absl::FailedPreconditionError(absl::StrCat("there are no kernels for ISA '", options.isa, "'",
+                                                        spectral ? " that carry light of wavelengths" : "",
+                                                        " here: ", found.status().message()));
     }
+    const Kernel* const kernel = *found;
     const wire::AlgorithmTraits* const traits = wire::find_algorithm(job.content().algorithms().integrator());
     const Algorithm* const algorithm = traits == nullptr ? nullptr : kernel->find(traits->name);
     if (algorithm == nullptr) {

@@ -117,24 +117,28 @@ void set_footprint_traits(const SceneArrays& arrays, SceneTables& tables) {
   tables.any_tangents |= tables.any_filtered;
 }
 
+/// Whether rays are traced one by one.
+bool is_single(const Settings& settings) { return settings.asked.traversal() == v1::TRAVERSAL_SINGLE; }
+
 absl::Status build_embree(bool robust, const Settings& settings, const LoadOptions& options,
                           const EmbreeKernel& embree, SceneContent& content) {
   const ShapeTable& shapes = content.arrays.shapes;
   auto built = Accelerator::build(shapes, content.arrays.textures, embree.callbacks,
                                   {options.threads, options.isa, robust, options.stop});
   if (!built.ok()) return built.status();
-  content.rays = embree.make_query((*built)->scene(), shapes, settings.single_rays);
+  content.rays = embree.make_query((*built)->scene(), shapes, is_single(settings));
   content.accelerator = *std::move(built);
   return absl::OkStatus();
 }
 
 absl::Status build_of_courses(StructureKind kind, const Settings& settings, const LoadOptions& options,
                               const StructureKernel& kernel, SceneContent& content) {
+  const double density = settings.asked.grid_density();
   auto built = build_structure(kind, content.arrays.shapes, content.arrays.textures, kernel.analytic,
                                {.threads = options.threads,
-                                .wide = !settings.single_rays,
-                                .grid_density = settings.grid_density,
-                                .shadow_cache = settings.shadow_cache,
+                                .wide = !is_single(settings),
+                                .grid_density = density == 0 ? kGridDensity : density,
+                                .shadow_cache = settings.asked.shadow_cache(),
                                 .stop = options.stop});
   if (!built.ok()) return built.status();
   content.rays = kernel.make_query(**built);
@@ -293,7 +297,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
                    .shared_images = options.contents == nullptr ? nullptr : &options.contents->images(),
                    .stop = options.stop,
                    .spectral = spectra,
-                   .nesting = settings.nesting,
+                   .nesting = settings.asked.nesting(),
                    .lists_instances = options.lists_instances}});
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
@@ -330,7 +334,8 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   IntersectionProbe probe;
   if (!settings.structure) probe = probe_intersection(arrays.shapes);
   const bool robust =
-      !settings.structure && wants_robust_intersection(probe, names, settings.intersection, content.warnings);
+      !settings.structure &&
+      wants_robust_intersection(probe, names, settings.asked.intersection(), content.warnings);
   if (auto s = build_accelerator(builders, robust, settings, parts_->options, parts_->accel, content);
       !s.ok())
     return s;
@@ -339,8 +344,9 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
   const float* const centre = content.accelerator->bounding_centre();
   const float radius = content.accelerator->bounding_radius();
   if (auto s = builders.instances.check_reach(centre, radius); !s.ok()) return s;
-  build_light_selection(settings.light_selection, centre, radius, arrays.lights);
-  const bool may_change = !settings.structure && !robust && settings.intersection != v1::INTERSECTION_FAST;
+  build_light_selection(settings.asked, centre, radius, arrays.lights);
+  const bool may_change =
+      !settings.structure && !robust && settings.asked.intersection() != v1::INTERSECTION_FAST;
   if (may_change && leaks_would_show(probe, arrays, *content.rays, names, content.warnings)) {
     if (auto s = build_robust(settings, parts_->options, parts_->accel, content); !s.ok()) return s;
   }

@@ -326,7 +326,8 @@ void check_counts(const v1::Scene& scene, const Settings& settings, const BlobSo
   faults.add(scene, "", check_flattened(*graph, own.half_spaces, placed, "half-spaces of objects"));
   faults.add(
       scene, "",
-      plan_nesting(*graph, own.parts, placed, settings.nesting, wants_flat(*settings.algorithm)).status());
+      plan_nesting(*graph, own.parts, placed, settings.asked.nesting(), wants_flat(*settings.algorithm))
+          .status());
   if (!settings.algorithm->diffuse_only) return;
   constexpr std::uint64_t kMany = std::uint64_t{1} << 48;  // whose bytes are still a number
   const std::uint64_t triangles =

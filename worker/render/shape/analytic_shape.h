@@ -8,7 +8,11 @@
 #include "render/shape/exact_ray.h"
 #include "render/shape/surface.h"
 
-namespace tessera::render::TESSERA_ISA {
+namespace tessera::render {
+
+struct RoundForm;  // round_form.h
+
+namespace TESSERA_ISA {
 
 /// 16 rays, in the space that the shape is placed in. Directions may have any length; hits are wanted in
 /// (t_near, t_far).
@@ -54,6 +58,9 @@ class AnalyticShape {
   virtual void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
                        Mask active, bool want_tangents, Surface& s) const = 0;
 
+  /// What is known in closed form; null for shapes that are not round, and of those where nobody needs it.
+  virtual const RoundForm* round_form() const { return nullptr; }
+
   /// All of the ways of rays through a closed shape, for CSG; `ray` is in the shape's object space. Fills the
   /// first of `found`, in order, and returns their number. None for shapes that are not closed.
   virtual int spans(const ShapeTable&, const ShapeRecord&, const DoubleRay&, SolidSpans&) const { return 0; }
@@ -72,4 +79,6 @@ ShapeKind add_analytic_shape(const AnalyticShape& model);
 /// Bounds of a box, given by its centre and half of its sides, that `transform` places: with that room.
 ShapeBounds placed_bounds(const Affine& transform, const float (&centre)[3], const float (&half)[3]);
 
-}  // namespace tessera::render::TESSERA_ISA
+}  // namespace TESSERA_ISA
+
+}  // namespace tessera::render

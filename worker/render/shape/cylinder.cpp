@@ -1,14 +1,27 @@
 #include "render/shape/quadric.h"
+#include "render/shape/round_form.h"
 
 #include <cmath>
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+constexpr RoundForm kForm{.is_solid = [](const QuadricRecord&) { return false; },
+                          .contains = nullptr,
+                          .support =
+                              [](const QuadricRecord& q, const double (&a)[3]) {
+                                return double{q.radius} * std::hypot(a[0], a[1]) +
+                                       std::fmax(double{q.z_min} * a[2], double{q.z_max} * a[2]);
+                              },
+                          .profile = [](const QuadricRecord& q) -> std::vector<ProfilePiece> {
+                            return {{.ax = q.radius, .az = q.z_min, .bx = q.radius, .bz = q.z_max}};
+                          }};
+
 /// The wall of a cylinder about the z axis, perhaps cut by an azimuth: met like a sphere, in the plane across
 /// the axis.
 class CylinderShape final : public QuadricShape {
  public:
+  const RoundForm* round_form() const override { return &kForm; }
   ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, (q.z_min + q.z_max) / 2},

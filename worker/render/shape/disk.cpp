@@ -1,11 +1,25 @@
+#include <cmath>
+
 #include "render/shape/quadric.h"
+#include "render/shape/round_form.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
+constexpr RoundForm kForm{.is_solid = [](const QuadricRecord&) { return false; },
+                          .contains = nullptr,
+                          .support =
+                              [](const QuadricRecord& q, const double (&a)[3]) {
+                                return double{q.radius} * std::hypot(a[0], a[1]) + double{q.height} * a[2];
+                              },
+                          .profile = [](const QuadricRecord& q) -> std::vector<ProfilePiece> {
+                            return {{.ax = q.inner_radius, .az = q.height, .bx = q.radius, .bz = q.height}};
+                          }};
+
 /// A disk or ring in z = height, perhaps a sector of it.
 class DiskShape final : public QuadricShape {
  public:
+  const RoundForm* round_form() const override { return &kForm; }
   ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, q.height}, {q.radius, q.radius, 0.0f});

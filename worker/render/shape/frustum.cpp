@@ -1,14 +1,40 @@
 #include <cmath>
 
 #include "render/shape/double_ray.h"
+#include "render/shape/round_form.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
+
+constexpr RoundForm kForm{
+    .is_solid = [](const QuadricRecord& q) { return q.capped && !q.partial; },
+    .contains =
+        [](const QuadricRecord& q, const double (&p)[3]) {
+          return std::abs(p[2]) < 1 &&
+                 std::hypot(p[0], p[1]) <
+                     (double{q.radius} + q.top_radius) / 2 + (double{q.top_radius} - q.radius) / 2 * p[2];
+        },
+    .support =
+        [](const QuadricRecord& q, const double (&a)[3]) {
+          const double across = std::hypot(a[0], a[1]);
+          return std::fmax(double{q.radius} * across - a[2], double{q.top_radius} * across + a[2]);
+        },
+    .profile =
+        [](const QuadricRecord& q) {
+          const double bottom = q.radius, top = q.top_radius;
+          std::vector<ProfilePiece> pieces{{.ax = bottom, .az = -1, .bx = top, .bz = 1}};
+          if (q.capped) {
+            pieces.push_back({.ax = 0, .az = -1, .bx = bottom, .bz = -1});
+            pieces.push_back({.ax = 0, .az = 1, .bx = top, .bz = 1});
+          }
+          return pieces;
+        }};
 
 /// The wall of a frustum about the z axis between z = -1 and 1, perhaps with both disks that close it,
 /// perhaps cut by an azimuth: a cone, or a cylinder with caps.
 class FrustumShape final : public CrossedShape {
  public:
+  const RoundForm* round_form() const override { return &kForm; }
   ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
     return placed_bounds(table.quadrics[static_cast<std::size_t>(shape.quadric)].render_from_object,
                          {0, 0, 0}, {1, 1, 1});

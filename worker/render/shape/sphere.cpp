@@ -1,4 +1,7 @@
+#include <cmath>
+
 #include "render/shape/double_ray.h"
+#include "render/shape/round_form.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -12,6 +15,20 @@ Mask inside_limits(const QuadricRecord& q, Vec3 p) {
   return inside;
 }
 
+constexpr RoundForm kForm{
+    .is_solid = [](const QuadricRecord& q) { return !q.partial; },
+    .contains =
+        [](const QuadricRecord& q, const double (&p)[3]) {
+          return p[0] * p[0] + p[1] * p[1] + p[2] * p[2] < double{q.radius} * q.radius;
+        },
+    .support =
+        [](const QuadricRecord& q, const double (&a)[3]) {
+          return double{q.radius} * std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+        },
+    .profile = [](const QuadricRecord& q) -> std::vector<ProfilePiece> {
+      return {{.ax = 0, .az = 0, .bx = 0, .bz = 0, .radius = q.radius, .z_low = q.z_min, .z_high = q.z_max}};
+    }};
+
 /// A sphere about the origin, perhaps cut by two heights and an azimuth.
 ///
 /// The discriminant is that of the distance from the centre to the ray [Hearn & Baker; Haines et al. 2019].
@@ -19,6 +36,7 @@ Mask inside_limits(const QuadricRecord& q, Vec3 p) {
 /// tiny spheres.
 class SphereShape final : public QuadricShape {
  public:
+  const RoundForm* round_form() const override { return &kForm; }
   ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, (q.z_min + q.z_max) / 2},

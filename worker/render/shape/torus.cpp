@@ -1,4 +1,7 @@
+#include <cmath>
+
 #include "render/shape/double_ray.h"
+#include "render/shape/round_form.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -50,12 +53,29 @@ TESSERA_INLINE void roots_of_pieces(const Quartic& f, const Double (&ends)[kPiec
   for (int i = 0; i < kPieces; ++i) found[i] = root_between(f, slope, ends[i], ends[i + 1], changes[i]);
 }
 
+constexpr RoundForm kForm{
+    .is_solid = [](const QuadricRecord&) { return true; },
+    .contains =
+        [](const QuadricRecord& q, const double (&p)[3]) {
+          return std::hypot(std::hypot(p[0], p[1]) - 1, p[2]) < double{q.inner_radius};
+        },
+    .support =
+        [](const QuadricRecord& q, const double (&a)[3]) {
+          return std::hypot(a[0], a[1]) +
+                 double{q.inner_radius} * std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]);
+        },
+    .profile = [](const QuadricRecord& q) -> std::vector<ProfilePiece> {
+      const double tube = q.inner_radius;
+      return {{.ax = 1, .az = 0, .bx = 0, .bz = 0, .radius = tube, .z_low = -tube, .z_high = tube}};
+    }};
+
 /// A tube about the circle of radius 1 in z = 0.
 ///
 /// The quartic of the distance to the tube is split where its derivative changes its sign, and that cubic in
 /// turn, so that each piece is monotonic: a root cannot be missed or found twice.
 class TorusShape final : public CrossedShape {
  public:
+  const RoundForm* round_form() const override { return &kForm; }
   ShapeBounds bounds(const ShapeTable& table, const ShapeRecord& shape, std::int32_t) const override {
     const QuadricRecord& q = table.quadrics[static_cast<std::size_t>(shape.quadric)];
     return placed_bounds(q.render_from_object, {0, 0, 0},

@@ -136,6 +136,24 @@ TEST_F(LightBuilderTest, AShapeKnowsItsLight) {
   EXPECT_EQ(table_.lights[0].texture, *textures_.node("slide"));
 }
 
+TEST_F(LightBuilderTest, LightsAreChosenAsTheJobAsks) {
+  ASSERT_EQ(
+      add("lights { point { intensity { constant: 3 } } } lights { point { intensity { constant: 1 } } }"),
+      absl::OkStatus());
+  const float centre[3] = {0, 0, 0};
+  const auto chosen = [&](const std::string& asked) {
+    LightTable table = table_;
+    build_light_selection(message<v1::Algorithms>(asked), centre, 1, table);
+    return table;
+  };
+  EXPECT_FALSE(chosen("").tree.empty()) << "two lights are enough for one";
+  EXPECT_FALSE(chosen("light_selection: LIGHT_SELECTION_TREE").tree.empty());
+  EXPECT_TRUE(chosen("light_selection: LIGHT_SELECTION_MIXED").tree.empty());
+  EXPECT_FALSE(chosen("light_selection: LIGHT_SELECTION_UNIFORM").selection.threshold.empty());
+  EXPECT_TRUE(chosen("direct_light: DIRECT_LIGHT_BSDF light_selection: LIGHT_SELECTION_MIXED")
+                  .selection.threshold.empty());
+}
+
 TEST_F(LightBuilderTest, NamesTheLightAtFault) {
   EXPECT_THAT(refusal(""), HasSubstr("light 0 (lamp): its kind is missing"));
   EXPECT_THAT(refusal("point { intensity { constant: inf } }"), HasSubstr("light 0 (lamp): colour: "));

@@ -18,29 +18,21 @@ TEST(ReadSettings, WhatIsNotSpecifiedIsTheDefault) {
   const Settings settings = settings_of("");
   EXPECT_EQ(settings.algorithm, &wire::algorithms()[0]);
   EXPECT_EQ(settings.sampler.kind, SamplerKind::kSobol);
-  EXPECT_EQ(settings.intersection, v1::INTERSECTION_UNSPECIFIED);
-  EXPECT_EQ(settings.light_selection, LightSelection::kAuto);
-  EXPECT_FALSE(settings.single_rays);
+  EXPECT_EQ(settings.asked.ByteSizeLong(), 0u);
   EXPECT_EQ(settings.aovs.hit_aovs, 0u);
 }
 
 TEST(ReadSettings, TakesWhatTheJobNames) {
   const Settings settings = settings_of(R"(
-      content { algorithms { integrator: 'volpath' intersection: INTERSECTION_ROBUST
-                             traversal: TRAVERSAL_SINGLE light_selection: LIGHT_SELECTION_TREE } }
+      content { algorithms { integrator: 'volpath' intersection: INTERSECTION_ROBUST } }
       view { aovs: AOV_NORMAL sampler: SAMPLER_INDEPENDENT seed: 9 max_depth: 4000000000 })");
   EXPECT_STREQ(settings.algorithm->name, "volpath");
   EXPECT_EQ(settings.sampler.kind, SamplerKind::kIndependent);
   EXPECT_EQ(settings.sampler.seed, 9u);
   EXPECT_EQ(settings.max_depth, static_cast<std::int32_t>(wire::kMaxDepth));
-  EXPECT_EQ(settings.intersection, v1::INTERSECTION_ROBUST);
-  EXPECT_TRUE(settings.single_rays);
-  EXPECT_EQ(settings.light_selection, LightSelection::kTree);
+  EXPECT_EQ(settings.asked.intersection(), v1::INTERSECTION_ROBUST);
   EXPECT_TRUE(settings.aovs.has(wire::HitAov::kNormal));
   EXPECT_FALSE(settings.aovs.has(wire::HitAov::kDepth));
-  const Settings by_chance = settings_of(
-      "content { algorithms { direct_light: DIRECT_LIGHT_BSDF light_selection: LIGHT_SELECTION_TREE } }");
-  EXPECT_EQ(by_chance.light_selection, LightSelection::kNone);
   const Settings z = settings_of("view { sampler: SAMPLER_Z_SOBOL sample_bits: 5 }");
   EXPECT_EQ(z.sampler.kind, SamplerKind::kZSobol);
   EXPECT_EQ(z.sampler.sample_bits, 5);

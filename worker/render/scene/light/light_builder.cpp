@@ -219,7 +219,29 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& sh
   return absl::OkStatus();
 }
 
-void build_light_selection(LightSelection kind, const float* centre, float radius, LightTable& table) {
+namespace {
+
+LightSelection selection_of(const v1::Algorithms& asked) {
+  if (asked.direct_light() == v1::DIRECT_LIGHT_BSDF) return LightSelection::kNone;
+  switch (asked.light_selection()) {
+    case v1::LIGHT_SELECTION_TREE:
+      return LightSelection::kTree;
+    case v1::LIGHT_SELECTION_MIXED:
+      return LightSelection::kMixed;
+    case v1::LIGHT_SELECTION_POWER:
+      return LightSelection::kPower;
+    case v1::LIGHT_SELECTION_UNIFORM:
+      return LightSelection::kUniform;
+    default:
+      return LightSelection::kAuto;
+  }
+}
+
+}  // namespace
+
+void build_light_selection(const v1::Algorithms& asked, const float* centre, float radius,
+                           LightTable& table) {
+  const LightSelection kind = selection_of(asked);
   std::copy_n(centre, 3, table.scene_centre);
   table.scene_radius = radius;
   table.selection = selection_of_lights(table, kind);

@@ -16,6 +16,7 @@
 #include "render/scene/values/fault_list.h"
 #include "render/shape/shape_table.h"
 #include "tessera/v1/scene.pb.h"
+#include "tessera/v1/settings.pb.h"
 #include "wire/algorithm.h"
 
 namespace tessera::render {
@@ -76,7 +77,8 @@ class LightBuilder {
   std::vector<std::int32_t> curves_;
 };
 
-/// Builds what lights are chosen by, of a scene within a sphere of render space, once all lights are there.
-void build_light_selection(LightSelection kind, const float* centre, float radius, LightTable& table);
+/// Builds what lights are chosen by, as a job asks, of a scene within a sphere of render space, once all
+/// lights are there.
+void build_light_selection(const v1::Algorithms& asked, const float* centre, float radius, LightTable& table);
 
 }  // namespace tessera::render

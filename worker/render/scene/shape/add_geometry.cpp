@@ -1,61 +1,37 @@
 // A shape of any kind but combinations, by what builds its kind.
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 
 namespace tessera::render {
 
-const char* kind_without_light(const v1::Shape& shape) {
-  switch (shape.kind_case()) {
-    case v1::Shape::kSdfGrid:
-      return "a grid of distances";
-    case v1::Shape::kHalfSpace:
-      return "a half-space";
-    case v1::Shape::kCone:
-      return "a cone";
-    case v1::Shape::kTorus:
-      return "a torus";
-    case v1::Shape::kImplicit:
-      return "an implicit surface";
-    case v1::Shape::kCsg:
-      return "a combination of solids";
-    case v1::Shape::kCylinder:
-      return shape.cylinder().capped() ? "a cylinder with caps" : nullptr;
-    default:
-      return nullptr;
+const ShapeKindRow* find_shape_kind(const v1::Shape& shape) {
+  for (const auto& family : {mesh_kinds(), quadric_kinds(), round_solid_kinds(), flat_kinds(),
+                             sdf_grid_kinds(), implicit_kinds(), curve_kinds(), combination_kinds()}) {
+    for (const ShapeKindRow& row : family) {
+      if (row.message == shape.kind_case()) return &row;
+    }
   }
+  return nullptr;
+}
+
+const char* kind_without_light(const v1::Shape& shape) {
+  const ShapeKindRow* const row = find_shape_kind(shape);
+  return row == nullptr || row->without_light == nullptr ? nullptr : row->without_light(shape);
 }
 
 absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool as_triangles,
                           const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
                           const std::stop_token& stop) {
-  switch (shape.kind_case()) {
-    case v1::Shape::kMesh:
-      return add_mesh(shape, placed_from_object, blobs, table, record, stop);
-    case v1::Shape::kSphere:
-    case v1::Shape::kDisk:
-      return add_quadric(shape, placed_from_object, table, record);
-    case v1::Shape::kCylinder:
-      return shape.cylinder().capped() ? add_round_solid(shape, placed_from_object, table, record)
-                                       : add_quadric(shape, placed_from_object, table, record);
-    case v1::Shape::kHalfSpace:
-    case v1::Shape::kCone:
-    case v1::Shape::kTorus:
-    case v1::Shape::kEllipsoid:
-      return add_round_solid(shape, placed_from_object, table, record);
-    case v1::Shape::kPolygon:
-    case v1::Shape::kBox:
-    case v1::Shape::kPolyhedron:
-      return add_flat_shape(shape, placed_from_object, as_triangles, table, record);
-    case v1::Shape::kSdfGrid:
-      return add_sdf_grid(shape, placed_from_object, blobs, table, record);
-    case v1::Shape::kImplicit:
-      return add_implicit(shape, placed_from_object, table, record);
-    case v1::Shape::kCurves:
-      return add_curves(shape, placed_from_object, blobs, table, record);
-    case v1::Shape::kCsg:  // add_csg()
-    case v1::Shape::KIND_NOT_SET:
-      break;
-  }
-  return absl::InvalidArgumentError("its kind is missing or unknown");
+  const ShapeKindRow* const row = find_shape_kind(shape);
+  if (row == nullptr || row->add == nullptr)
+    return absl::InvalidArgumentError("its kind is missing or unknown");
+  return row->add({.shape = shape,
+                   .placed_from_object = placed_from_object,
+                   .blobs = blobs,
+                   .table = table,
+                   .record = record,
+                   .as_triangles = as_triangles,
+                   .stop = stop});
 }
 
 }  // namespace tessera::render

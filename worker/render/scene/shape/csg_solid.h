@@ -16,6 +16,9 @@ struct CsgBox {
   bool is_empty() const { return !(low.x < high.x && low.y < high.y && low.z < high.z); }
 };
 
+/// The box about a box of half-size `half` about the origin of a space that is placed so.
+CsgBox box_about(const Transform& placed, const Imath::V3d& half);
+
 /// Placement and bounds of an operand in the space of the combination, before that has its size.
 struct CsgOperand {
   Transform combination_from_object;  // taken from the message

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 #include "render/scene/values/located.h"
 
 namespace tessera::render {
@@ -136,15 +137,21 @@ absl::StatusOr<CurvesRecord> read_curves(const v1::Shape& shape, const Transform
   return curves;
 }
 
-absl::Status add_curves(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
-                        ShapeTable& table, ShapeRecord& record) {
-  auto curves = read_curves(shape, placed_from_object, blobs);
-  if (!curves.ok()) return curves.status();
-  curves->pieces = pieces_of(*curves);
-  record.kind = ShapeKind::kCurves;
-  record.quadric = static_cast<std::int32_t>(table.curves.size());
-  table.curves.push_back(*std::move(curves));
-  return absl::OkStatus();
+std::span<const ShapeKindRow> curve_kinds() {
+  static constexpr ShapeKindRow kCurves{
+      .message = v1::Shape::kCurves,
+      .add =
+          [](const ShapeToAdd& wanted) {
+            auto curves = read_curves(wanted.shape, wanted.placed_from_object, wanted.blobs);
+            if (!curves.ok()) return curves.status();
+            curves->pieces = pieces_of(*curves);
+            wanted.record.kind = ShapeKind::kCurves;
+            wanted.record.quadric = static_cast<std::int32_t>(wanted.table.curves.size());
+            wanted.table.curves.push_back(*std::move(curves));
+            return absl::OkStatus();
+          },
+      .why_open = [](const v1::Shape&) { return "curves are not closed"; }};
+  return {&kCurves, 1};
 }
 
 }  // namespace tessera::render

@@ -7,6 +7,7 @@
 #include "render/scene/shape/convex.h"
 #include "render/scene/shape/geometry.h"
 #include "render/scene/shape/plane_polygon.h"
+#include "render/scene/shape/shape_kinds.h"
 
 namespace tessera::render {
 
@@ -183,14 +184,13 @@ void map_parameters(const float (&m)[6], std::vector<float>& uvs) {
   }
 }
 
-}  // namespace
-
-absl::Status add_flat_shape(const v1::Shape& shape, const Transform& placed_from_object, bool as_mesh,
-                            ShapeTable& table, ShapeRecord& record, Transform* exact) {
+absl::Status add_flat_shape(const ShapeToAdd& wanted) {
+  const v1::Shape& shape = wanted.shape;
+  ShapeTable& table = wanted.table;
   auto flat = flat_shape(shape);
   if (!flat.ok()) return flat.status();
-  const Transform placed_from_unit = placed_from_object * flat->object_from_unit;
-  if (as_mesh) {
+  const Transform placed_from_unit = wanted.placed_from_object * flat->object_from_unit;
+  if (wanted.as_triangles) {
     if (flat->kind == ShapeKind::kPolygon) {
       if (auto s = triangulate_polygon(*flat); !s.ok()) return s;
     }
@@ -198,16 +198,27 @@ absl::Status add_flat_shape(const v1::Shape& shape, const Transform& placed_from
     map_parameters(flat->record.uv_map, flat->mesh.uvs);
     const wire::MeshData& mesh = flat->mesh;
     return add_mesh_arrays(shape, {mesh.positions, {}, mesh.uvs, mesh.indices}, placed_from_unit, table,
-                           record);
+                           wanted.record);
   }
   constexpr std::size_t kMostFacets = std::size_t{1} << 28;
   if (table.facets.size() > kMostFacets)
     return absl::ResourceExhaustedError(absl::StrCat("the scene has more than ", kMostFacets, " faces"));
-  record.kind = flat->kind;
+  wanted.record.kind = flat->kind;
   flat->record.first_facet = static_cast<std::int32_t>(table.facets.size());
   flat->record.facet_count = static_cast<std::int32_t>(flat->facets.size());
   table.facets.insert(table.facets.end(), flat->facets.begin(), flat->facets.end());
-  return place_quadric(shape, placed_from_unit, flat->record, table, record, exact);
+  return place_quadric(wanted, placed_from_unit, flat->record);
 }
+
+constexpr ShapeKindRow kFlatShapes[] = {
+    {.message = v1::Shape::kPolygon,
+     .add = &add_flat_shape,
+     .why_open = [](const v1::Shape&) { return "a polygon is not closed"; }},
+    {.message = v1::Shape::kBox, .add = &add_flat_shape, .box = &box_of_unit_cube},
+    {.message = v1::Shape::kPolyhedron, .add = &add_flat_shape, .box = &box_of_unit_cube}};
+
+}  // namespace
+
+std::span<const ShapeKindRow> flat_kinds() { return kFlatShapes; }
 
 }  // namespace tessera::render

@@ -4,6 +4,7 @@
 #include "absl/strings/str_cat.h"
 #include "expression/polynomial.h"
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 #include "render/scene/values/located.h"
 #include "render/shape/implicit/set_polynomial.h"
 
@@ -65,10 +66,9 @@ absl::Status set_roots(const v1::ImplicitSurface& surface, ImplicitRecord& recor
   return status;
 }
 
-}  // namespace
-
-absl::Status add_implicit(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                          ShapeRecord& record) {
+absl::Status add_implicit(const ShapeToAdd& wanted) {
+  const v1::Shape& shape = wanted.shape;
+  const Transform& placed_from_object = wanted.placed_from_object;
   Transform object_from_placed;
   if (!placed_from_object.invert(object_from_placed))
     return absl::InvalidArgumentError("its transform is singular");
@@ -92,11 +92,22 @@ absl::Status add_implicit(const v1::Shape& shape, const Transform& placed_from_o
   }
   if (auto s = set_roots(shape.implicit(), surface); !s.ok()) return s;
 
-  record.kind = ShapeKind::kImplicit;
-  if (shape.reverse_orientation() != (placed_from_object.determinant() < 0)) record.flags |= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(table.implicits.size());
-  table.implicits.push_back(std::move(surface));
+  wanted.record.kind = ShapeKind::kImplicit;
+  if (shape.reverse_orientation() != (placed_from_object.determinant() < 0))
+    wanted.record.flags |= kFlipNormal;
+  wanted.record.quadric = static_cast<std::int32_t>(wanted.table.implicits.size());
+  wanted.table.implicits.push_back(std::move(surface));
+  if (wanted.exact != nullptr) *wanted.exact = placed_from_object;
   return absl::OkStatus();
 }
+
+// In combinations its bounds are a solid of their own, which has the box.
+constexpr ShapeKindRow kImplicit{.message = v1::Shape::kImplicit,
+                                 .add = &add_implicit,
+                                 .without_light = [](const v1::Shape&) { return "an implicit surface"; }};
+
+}  // namespace
+
+std::span<const ShapeKindRow> implicit_kinds() { return {&kImplicit, 1}; }
 
 }  // namespace tessera::render

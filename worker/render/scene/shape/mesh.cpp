@@ -7,6 +7,7 @@
 #include "render/core/stopped.h"
 #include "render/scene/shape/closed_mesh.h"
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 #include "render/scene/values/located.h"
 #include "wire/mesh_blob.h"
 
@@ -89,13 +90,17 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
 
 }  // namespace
 
-absl::Status add_mesh(const v1::Shape& shape, const Transform& placed_from_object, const BlobSource& blobs,
-                      ShapeTable& table, ShapeRecord& record, const std::stop_token& stop) {
-  const auto blob = blob_of(shape.mesh(), blobs);
-  if (!blob.ok()) return blob.status();
-  const auto mesh = view_of(shape.mesh(), *blob);
-  if (!mesh.ok()) return mesh.status();
-  return add_mesh_arrays(shape, *mesh, placed_from_object, table, record, stop);
+std::span<const ShapeKindRow> mesh_kinds() {
+  static constexpr ShapeKindRow kMesh{.message = v1::Shape::kMesh, .add = [](const ShapeToAdd& wanted) {
+                                        const v1::TriangleMesh& message = wanted.shape.mesh();
+                                        const auto blob = blob_of(message, wanted.blobs);
+                                        if (!blob.ok()) return blob.status();
+                                        const auto mesh = view_of(message, *blob);
+                                        if (!mesh.ok()) return mesh.status();
+                                        return add_mesh_arrays(wanted.shape, *mesh, wanted.placed_from_object,
+                                                               wanted.table, wanted.record, wanted.stop);
+                                      }};
+  return {&kMesh, 1};
 }
 
 absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,

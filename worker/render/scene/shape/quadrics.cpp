@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 
 namespace tessera::render {
 
@@ -22,8 +23,7 @@ absl::Status compose_uv_map(const v1::Shape& shape, QuadricRecord& q) {
   return absl::OkStatus();
 }
 
-absl::Status place_quadric(const v1::Shape& shape, const Transform& placed_from_object, QuadricRecord q,
-                           ShapeTable& table, ShapeRecord& record, Transform* exact) {
+absl::Status place_quadric(const ShapeToAdd& wanted, const Transform& placed_from_object, QuadricRecord q) {
   Transform object_from_placed;
   if (!placed_from_object.invert(object_from_placed)) {
     return absl::InvalidArgumentError("its transform is singular");
@@ -31,16 +31,19 @@ absl::Status place_quadric(const v1::Shape& shape, const Transform& placed_from_
   if (!fits_floats(placed_from_object, object_from_placed)) return absl::InvalidArgumentError(kBeyondFloats);
   q.render_from_object = placed_from_object.to_affine();
   q.object_from_render = object_from_placed.to_affine();
-  if (auto s = compose_uv_map(shape, q); !s.ok()) return s;
-  if (shape.reverse_orientation()) record.flags ^= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(table.quadrics.size());
-  table.quadrics.push_back(q);
-  if (exact != nullptr) *exact = placed_from_object;
+  if (auto s = compose_uv_map(wanted.shape, q); !s.ok()) return s;
+  if (wanted.shape.reverse_orientation()) wanted.record.flags ^= kFlipNormal;
+  wanted.record.quadric = static_cast<std::int32_t>(wanted.table.quadrics.size());
+  wanted.table.quadrics.push_back(q);
+  if (wanted.exact != nullptr) *wanted.exact = placed_from_object;
   return absl::OkStatus();
 }
 
-absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                         ShapeRecord& record, Transform* exact) {
+namespace {
+
+absl::Status add_quadric(const ShapeToAdd& wanted) {
+  const v1::Shape& shape = wanted.shape;
+  ShapeRecord& record = wanted.record;
   QuadricRecord q;
   float phi_max = 360;
   if (shape.has_sphere()) {
@@ -77,8 +80,43 @@ absl::Status add_quadric(const v1::Shape& shape, const Transform& placed_from_ob
       (record.kind == ShapeKind::kDisk && q.inner_radius >= q.radius) || !(phi_max > 0)) {
     return absl::InvalidArgumentError("its radius, height or angle is not usable");
   }
-  if (placed_from_object.determinant() < 0) record.flags ^= kFlipNormal;  // the same as in pbrt
-  return place_quadric(shape, placed_from_object, q, table, record, exact);
+  if (wanted.placed_from_object.determinant() < 0) record.flags ^= kFlipNormal;  // the same as in pbrt
+  return place_quadric(wanted, wanted.placed_from_object, q);
 }
+
+const char* why_open_sphere(const v1::Shape& shape) {
+  const v1::Sphere& sphere = shape.sphere();
+  return sphere.has_z_min() || sphere.has_z_max() || is_cut(sphere) ? "a part of a sphere is not closed"
+                                                                    : nullptr;
+}
+
+CsgBox box_of_sphere(const QuadricRecord& q, const Transform& placed) {
+  const double r = q.radius;
+  return box_about(placed, {r, r, r});
+}
+
+constexpr ShapeKindRow kQuadrics[] = {
+    {.message = v1::Shape::kSphere, .add = &add_quadric, .why_open = &why_open_sphere, .box = &box_of_sphere},
+    {.message = v1::Shape::kDisk,
+     .add = &add_quadric,
+     .why_open = [](const v1::Shape&) { return "a disk is not closed"; }},
+    {.message = v1::Shape::kCylinder,
+     .add =
+         [](const ShapeToAdd& wanted) {
+           return wanted.shape.cylinder().capped() ? add_capped_cylinder(wanted) : add_quadric(wanted);
+         },
+     .without_light =
+         [](const v1::Shape& shape) { return shape.cylinder().capped() ? "a cylinder with caps" : nullptr; },
+     .why_open =
+         [](const v1::Shape& shape) {
+           return !shape.cylinder().capped() ? "a cylinder without caps is not closed"
+                  : is_cut(shape.cylinder()) ? "a cylinder that is cut by an angle is not closed"
+                                             : nullptr;
+         },
+     .box = &box_of_unit_cube}};
+
+}  // namespace
+
+std::span<const ShapeKindRow> quadric_kinds() { return kQuadrics; }
 
 }  // namespace tessera::render

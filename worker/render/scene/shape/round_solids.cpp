@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 
 namespace tessera::render {
 
@@ -17,19 +18,29 @@ Transform scaled_and_raised(double x, double y, double z, double up) {
 
 bool is_length(double x) { return x > 0 && std::isfinite(x); }
 
-absl::Status add_half_space(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                            ShapeRecord& record, Transform* exact) {
-  if (!std::isfinite(shape.half_space().height())) {
-    return absl::InvalidArgumentError("its height is not finite");
-  }
+absl::Status add_half_space(const ShapeToAdd& wanted) {
+  const double height = wanted.shape.half_space().height();
+  if (!std::isfinite(height)) return absl::InvalidArgumentError("its height is not finite");
   constexpr double kReach = 1e9;
-  record.kind = ShapeKind::kHalfSpace;
+  wanted.record.kind = ShapeKind::kHalfSpace;
   QuadricRecord q;
-  q.radius =
-      static_cast<float>(std::min(kReach, kFarthestPlane / largest_scale(placed_from_object.to_affine())));
-  return place_quadric(shape,
-                       placed_from_object * Transform::translation({0, 0, shape.half_space().height()}), q,
-                       table, record, exact);
+  q.radius = static_cast<float>(
+      std::min(kReach, kFarthestPlane / largest_scale(wanted.placed_from_object.to_affine())));
+  return place_quadric(wanted, wanted.placed_from_object * Transform::translation({0, 0, height}), q);
+}
+
+/// Ends where the plane does, if that is straight across an axis.
+CsgBox box_of_half_space(const QuadricRecord&, const Transform& t) {
+  CsgBox box;
+  const Imath::V3d at = t.apply({0, 0, 0}),
+                   across = t.apply_vector({1, 0, 0}).cross(t.apply_vector({0, 1, 0})),
+                   down = t.apply_vector({0, 0, -1});
+  for (int a = 0; a < 3; ++a) {
+    if (across[(a + 1) % 3] != 0 || across[(a + 2) % 3] != 0) continue;
+    if (down[a] < 0) box.high[a] = at[a];
+    if (down[a] > 0) box.low[a] = at[a];
+  }
+  return box;
 }
 
 struct FrustumSize {
@@ -39,14 +50,13 @@ struct FrustumSize {
   double phi_max_degrees = 360;
 };
 
-absl::Status add_frustum(const v1::Shape& shape, const FrustumSize& size, const Transform& placed_from_object,
-                         ShapeTable& table, ShapeRecord& record, Transform* exact) {
+absl::Status add_frustum(const ShapeToAdd& wanted, const FrustumSize& size) {
   const double widest = std::max(size.bottom, size.top), half = (size.z_max - size.z_min) / 2;
   if (!is_length(widest) || !(size.bottom >= 0) || !(size.top >= 0) || !is_length(half) ||
       !(size.phi_max_degrees > 0)) {
     return absl::InvalidArgumentError("its radius, height or angle is not usable");
   }
-  record.kind = ShapeKind::kFrustum;
+  wanted.record.kind = ShapeKind::kFrustum;
   QuadricRecord q;
   q.radius = static_cast<float>(size.bottom / widest);
   q.top_radius = static_cast<float>(size.top / widest);
@@ -54,77 +64,82 @@ absl::Status add_frustum(const v1::Shape& shape, const FrustumSize& size, const 
   q.partial = size.phi_max_degrees < 360;
   q.phi_max = static_cast<float>(std::clamp(size.phi_max_degrees, 1e-3, 360.0)) * 0.01745329251994f;
   const Transform object_from_unit = scaled_and_raised(widest, widest, half, (size.z_min + size.z_max) / 2);
-  return place_quadric(shape, placed_from_object * object_from_unit, q, table, record, exact);
+  return place_quadric(wanted, wanted.placed_from_object * object_from_unit, q);
 }
 
-absl::Status add_cone(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                      ShapeRecord& record, Transform* exact) {
-  const v1::Cone& cone = shape.cone();
-  return add_frustum(shape,
-                     {.bottom = cone.radius(),
-                      .top = cone.top_radius(),
-                      .z_min = 0,
-                      .z_max = cone.height(),
-                      .capped = cone.capped(),
-                      .phi_max_degrees = cone.has_phi_max_degrees() ? cone.phi_max_degrees() : 360},
-                     placed_from_object, table, record, exact);
+absl::Status add_cone(const ShapeToAdd& wanted) {
+  const v1::Cone& cone = wanted.shape.cone();
+  return add_frustum(wanted, {.bottom = cone.radius(),
+                              .top = cone.top_radius(),
+                              .z_min = 0,
+                              .z_max = cone.height(),
+                              .capped = cone.capped(),
+                              .phi_max_degrees = cone.has_phi_max_degrees() ? cone.phi_max_degrees() : 360});
 }
 
-absl::Status add_capped_cylinder(const v1::Shape& shape, const Transform& placed_from_object,
-                                 ShapeTable& table, ShapeRecord& record, Transform* exact) {
-  const v1::Cylinder& cylinder = shape.cylinder();
-  return add_frustum(shape,
+const char* why_open_cone(const v1::Shape& shape) {
+  return !shape.cone().capped() ? "a cone without caps is not closed"
+         : is_cut(shape.cone()) ? "a cone that is cut by an angle is not closed"
+                                : nullptr;
+}
+
+absl::Status add_torus(const ShapeToAdd& wanted) {
+  const double circle = wanted.shape.torus().major_radius(), tube = wanted.shape.torus().minor_radius();
+  constexpr double kThinnest = 1e-5;
+  if (!is_length(circle) || !(tube < circle) || !(tube > kThinnest * circle)) {
+    return absl::InvalidArgumentError("a torus wants 1e-5 major_radius < minor_radius < major_radius");
+  }
+  wanted.record.kind = ShapeKind::kTorus;
+  QuadricRecord q;
+  q.inner_radius = static_cast<float>(tube / circle);
+  return place_quadric(wanted, wanted.placed_from_object * scaled_and_raised(circle, circle, circle, 0), q);
+}
+
+CsgBox box_of_torus(const QuadricRecord& q, const Transform& placed) {
+  const double tube = q.inner_radius;
+  return box_about(placed, {1 + tube, 1 + tube, tube});
+}
+
+/// A sphere of radius 1 in a space of its own.
+absl::Status add_ellipsoid(const ShapeToAdd& wanted) {
+  const auto& radii = wanted.shape.ellipsoid().radii();
+  if (radii.size() != 3 || !std::all_of(radii.begin(), radii.end(), is_length)) {
+    return absl::InvalidArgumentError("an ellipsoid wants three radii above 0");
+  }
+  wanted.record.kind = ShapeKind::kSphere;
+  return place_quadric(wanted, wanted.placed_from_object * scaled_and_raised(radii[0], radii[1], radii[2], 0),
+                       QuadricRecord{});
+}
+
+constexpr ShapeKindRow kRoundSolids[] = {
+    {.message = v1::Shape::kHalfSpace,
+     .add = &add_half_space,
+     .without_light = [](const v1::Shape&) { return "a half-space"; },
+     .box = &box_of_half_space},
+    {.message = v1::Shape::kCone,
+     .add = &add_cone,
+     .without_light = [](const v1::Shape&) { return "a cone"; },
+     .why_open = &why_open_cone,
+     .box = &box_of_unit_cube},
+    {.message = v1::Shape::kTorus,
+     .add = &add_torus,
+     .without_light = [](const v1::Shape&) { return "a torus"; },
+     .box = &box_of_torus},
+    {.message = v1::Shape::kEllipsoid, .add = &add_ellipsoid, .box = &box_of_unit_cube}};
+
+}  // namespace
+
+absl::Status add_capped_cylinder(const ShapeToAdd& wanted) {
+  const v1::Cylinder& cylinder = wanted.shape.cylinder();
+  return add_frustum(wanted,
                      {.bottom = cylinder.radius(),
                       .top = cylinder.radius(),
                       .z_min = std::min(cylinder.z_min(), cylinder.z_max()),
                       .z_max = std::max(cylinder.z_min(), cylinder.z_max()),
                       .capped = true,
-                      .phi_max_degrees = cylinder.has_phi_max_degrees() ? cylinder.phi_max_degrees() : 360},
-                     placed_from_object, table, record, exact);
+                      .phi_max_degrees = cylinder.has_phi_max_degrees() ? cylinder.phi_max_degrees() : 360});
 }
 
-absl::Status add_torus(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                       ShapeRecord& record, Transform* exact) {
-  const double circle = shape.torus().major_radius(), tube = shape.torus().minor_radius();
-  constexpr double kThinnest = 1e-5;
-  if (!is_length(circle) || !(tube < circle) || !(tube > kThinnest * circle)) {
-    return absl::InvalidArgumentError("a torus wants 1e-5 major_radius < minor_radius < major_radius");
-  }
-  record.kind = ShapeKind::kTorus;
-  QuadricRecord q;
-  q.inner_radius = static_cast<float>(tube / circle);
-  return place_quadric(shape, placed_from_object * scaled_and_raised(circle, circle, circle, 0), q, table,
-                       record, exact);
-}
-
-/// A sphere of radius 1 in a space of its own.
-absl::Status add_ellipsoid(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                           ShapeRecord& record, Transform* exact) {
-  const auto& radii = shape.ellipsoid().radii();
-  if (radii.size() != 3 || !std::all_of(radii.begin(), radii.end(), is_length)) {
-    return absl::InvalidArgumentError("an ellipsoid wants three radii above 0");
-  }
-  record.kind = ShapeKind::kSphere;
-  return place_quadric(shape, placed_from_object * scaled_and_raised(radii[0], radii[1], radii[2], 0),
-                       QuadricRecord{}, table, record, exact);
-}
-
-}  // namespace
-
-absl::Status add_round_solid(const v1::Shape& shape, const Transform& placed_from_object, ShapeTable& table,
-                             ShapeRecord& record, Transform* exact) {
-  switch (shape.kind_case()) {
-    case v1::Shape::kHalfSpace:
-      return add_half_space(shape, placed_from_object, table, record, exact);
-    case v1::Shape::kCone:
-      return add_cone(shape, placed_from_object, table, record, exact);
-    case v1::Shape::kTorus:
-      return add_torus(shape, placed_from_object, table, record, exact);
-    case v1::Shape::kEllipsoid:
-      return add_ellipsoid(shape, placed_from_object, table, record, exact);
-    default:
-      return add_capped_cylinder(shape, placed_from_object, table, record, exact);
-  }
-}
+std::span<const ShapeKindRow> round_solid_kinds() { return kRoundSolids; }
 
 }  // namespace tessera::render

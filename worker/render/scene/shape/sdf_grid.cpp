@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/scene/shape/geometry.h"
+#include "render/scene/shape/shape_kinds.h"
 #include "render/scene/values/located.h"
 #include "wire/volume_blob.h"
 
@@ -29,11 +30,9 @@ void find_voxels(SdfGridRecord& grid) {
   }
 }
 
-}  // namespace
-
-absl::Status add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_object,
-                          const BlobSource& blobs, ShapeTable& table, ShapeRecord& record) {
-  const auto bytes = blobs(shape.sdf_grid().blob().digest());
+absl::Status add_sdf_grid(const ShapeToAdd& wanted) {
+  const v1::Shape& shape = wanted.shape;
+  const auto bytes = wanted.blobs(shape.sdf_grid().blob().digest());
   if (!bytes.ok()) return located(bytes.status(), absl::StrCat("volume ", shape.sdf_grid().blob().digest()));
   const auto volume = wire::decode_volume(bytes->bytes);
   if (!volume.ok()) return volume.status();
@@ -43,11 +42,12 @@ absl::Status add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_o
         "a grid of distances has one channel and 2 to 2^30 samples, at least two along each axis");
   }
   Transform object_from_placed;
-  if (!placed_from_object.invert(object_from_placed))
+  if (!wanted.placed_from_object.invert(object_from_placed))
     return absl::InvalidArgumentError("its transform is singular");
-  if (!fits_floats(placed_from_object, object_from_placed)) return absl::InvalidArgumentError(kBeyondFloats);
+  if (!fits_floats(wanted.placed_from_object, object_from_placed))
+    return absl::InvalidArgumentError(kBeyondFloats);
   SdfGridRecord grid;
-  grid.render_from_object = placed_from_object.to_affine();
+  grid.render_from_object = wanted.placed_from_object.to_affine();
   grid.object_from_render = object_from_placed.to_affine();
   grid.smooth_normals = shape.sdf_grid().smooth_normals();
   const std::uint32_t sizes[] = {volume->nx, volume->ny, volume->nz};
@@ -55,11 +55,22 @@ absl::Status add_sdf_grid(const v1::Shape& shape, const Transform& placed_from_o
   grid.samples.assign(volume->samples.begin(), volume->samples.end());
 
   find_voxels(grid);
-  record.kind = ShapeKind::kSdfGrid;
-  if (shape.reverse_orientation() != (placed_from_object.determinant() < 0)) record.flags |= kFlipNormal;
-  record.quadric = static_cast<std::int32_t>(table.sdf_grids.size());
-  table.sdf_grids.push_back(std::move(grid));
+  wanted.record.kind = ShapeKind::kSdfGrid;
+  if (shape.reverse_orientation() != (wanted.placed_from_object.determinant() < 0))
+    wanted.record.flags |= kFlipNormal;
+  wanted.record.quadric = static_cast<std::int32_t>(wanted.table.sdf_grids.size());
+  wanted.table.sdf_grids.push_back(std::move(grid));
   return absl::OkStatus();
 }
+
+constexpr ShapeKindRow kSdfGrid{
+    .message = v1::Shape::kSdfGrid,
+    .add = &add_sdf_grid,
+    .without_light = [](const v1::Shape&) { return "a grid of distances"; },
+    .why_open = [](const v1::Shape&) { return "a grid of distances may be open, and cannot be combined"; }};
+
+}  // namespace
+
+std::span<const ShapeKindRow> sdf_grid_kinds() { return {&kSdfGrid, 1}; }
 
 }  // namespace tessera::render

@@ -13,22 +13,6 @@ namespace tessera::render {
 
 namespace {
 
-LightSelection selection_of(const v1::Algorithms& asked) {
-  if (asked.direct_light() == v1::DIRECT_LIGHT_BSDF) return LightSelection::kNone;
-  switch (asked.light_selection()) {
-    case v1::LIGHT_SELECTION_TREE:
-      return LightSelection::kTree;
-    case v1::LIGHT_SELECTION_MIXED:
-      return LightSelection::kMixed;
-    case v1::LIGHT_SELECTION_POWER:
-      return LightSelection::kPower;
-    case v1::LIGHT_SELECTION_UNIFORM:
-      return LightSelection::kUniform;
-    default:
-      return LightSelection::kAuto;
-  }
-}
-
 std::optional<StructureKind> structure_of(v1::Accelerator asked) {
   std::optional<StructureKind> kind;
   for_each_structure([&, word = wire::word_of(asked)](const auto& row) {
@@ -73,17 +57,12 @@ TexelFilter filter_of(v1::TextureFilter asked) {
 Settings read_settings(const v1::JobSpec& job) {
   const v1::Algorithms& asked = job.content().algorithms();
   Settings result;
+  result.asked = asked;
   result.algorithm = wire::find_algorithm(asked.integrator());
   result.own = own_settings(asked);
   result.structure = structure_of(asked.accelerator());
   result.spectral = asked.color() == v1::COLOR_SPECTRAL;
   result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
-  if (asked.grid_density() != 0) result.grid_density = asked.grid_density();
-  result.shadow_cache = asked.shadow_cache();
-  result.nesting = asked.nesting();
-  result.intersection = asked.intersection();
-  result.single_rays = asked.traversal() == v1::TRAVERSAL_SINGLE;
-  result.light_selection = selection_of(asked);
   result.texture_filter = filter_of(asked.texture_filter());
   if (asked.has_irradiance_cache()) {
     const v1::IrradianceCache& cache = asked.irradiance_cache();

@@ -6,13 +6,13 @@
 
 #include "render/accel/structure/scene_structure.h"
 #include "render/integrator/scene_tables.h"
-#include "render/light/light_build.h"
 #include "tessera/v1/job.pb.h"
 #include "wire/algorithm.h"
 
 namespace tessera::render {
 
 struct Settings {
+  v1::Algorithms asked;  // read by builders: what one of them alone needs is no member here
   const wire::AlgorithmTraits* algorithm = nullptr;
   SamplerConfig sampler;
   std::int32_t max_depth = 5;  // scattering events on a path
@@ -21,16 +21,10 @@ struct Settings {
   IrradianceCacheSettings irradiance_cache;
   RadiositySettings radiosity;
   bool ignore_non_diffuse = false;
-  std::optional<StructureKind> structure;  // none: Embree's
-  double grid_density = kGridDensity;
-  bool shadow_cache = false;  // Embree's structures have none
-  v1::Nesting nesting = v1::NESTING_UNSPECIFIED;
-  v1::Intersection intersection = v1::INTERSECTION_AUTO;
-  bool single_rays = false;                             // rays are traced one by one
+  std::optional<StructureKind> structure;               // none: Embree's
   TexelFilter texture_filter = TexelFilter::kBilinear;  // used for images that name none
-  LightSelection light_selection = LightSelection::kAuto;
-  bool straight_shadows = false;  // light passes clear glass unbent
-  bool spectral = false;          // paths carry light of wavelengths
+  bool straight_shadows = false;                        // light passes clear glass unbent
+  bool spectral = false;                                // paths carry light of wavelengths
   PhotonSettings photon;
   MetropolisSettings metropolis;
 };
