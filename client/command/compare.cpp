@@ -5,6 +5,7 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "image/color_space.h"
 #include "image/exr.h"
 #include "image/metrics.h"
 #include "image/spectral_metrics.h"
@@ -36,8 +37,9 @@ absl::StatusOr<std::string> compare_spectra(const Image& reference, const Image&
 int run(const CompareCommandOptions& options) {
   const auto reference = read_exr(options.reference);
   if (!reference.ok()) return report(kUsage, std::string{reference.status().message()});
-  const auto test = read_exr(options.test);
+  auto test = read_exr(options.test);
   if (!test.ok()) return report(kUsage, std::string{test.status().message()});
+  convert_space(space_of(*reference), *test);
   if (options.spectral) {
     const auto text = compare_spectra(*reference, *test, options);
     if (!text.ok()) return report(kUsage, std::string{text.status().message()});

@@ -49,6 +49,10 @@ absl::StatusOr<Image> seen_image(Image image, const ConvertOptions& options) {
   if (!film.ok()) return film.status();
   if (options.sensor.empty() && options.white_balance.empty()) {
     if (options.rgb_space.empty()) return image;
+    if (image.metadata.contains(kRawChannels)) {
+      return absl::InvalidArgumentError("red, green and blue are a sensor's own: they are in no space that " +
+                                        options.rgb_space + " could be made of");
+    }
     convert_space(film->space, image);
     return image;
   }

@@ -1,5 +1,7 @@
 #include "image/exr/channel_names.h"
 
+#include "spectra/sensor/bands.h"
+
 namespace tessera::client {
 namespace {
 
@@ -62,7 +64,8 @@ std::string_view layer_of(std::string_view channel) {
 bool is_cryptomatte(std::string_view channel) { return channel.starts_with("Crypto"); }
 
 std::string channel_name(std::string_view own, ChannelNames names) {
-  if (names == ChannelNames::kTessera) return std::string(own);
+  // Bands have the names of their layout, wherever they go.
+  if (names == ChannelNames::kTessera || spectra::centre_of_channel(own)) return std::string(own);
   for (const WholeName& whole : kWholeNames) {
     if (whole.names == names && whole.own == own) return std::string(whole.name);
   }

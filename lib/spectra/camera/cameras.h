@@ -11,7 +11,8 @@
 namespace tessera::spectra {
 
 /// R, G and B of "Nikon D5100", each with a greatest value of 1, as the National Physical Laboratory measured
-/// them [Darrodi et al. 2015].
+/// them [Darrodi et al. 2015]; and of "Canon EOS 5D Mark II", relative to the greatest of G, as the Academy
+/// publishes them with rawtoaces [Academy 2017].
 std::optional<Observer> find_camera(std::string_view name);
 
 /// The names that it knows.

@@ -208,6 +208,29 @@ TEST(JobFaults, OfSpectra) {
   expect_all_told("path", kSpectra);
 }
 
+TEST(JobFaults, OfTheFilmsOwnSensitivities) {
+  const auto told = [](const std::string& sensitivities) {
+    return refusal("path",
+                   absl::StrCat("camera { perspective { fov_degrees: 40 } }\nfilm { width: 4 height: 4 ",
+                                sensitivities, " }\n"),
+                   "scene.textproto", {}, [](JobSettings& job) {
+                     job.settings.set_color(v1::COLOR_SPECTRAL);
+                     job.settings.set_sensor("film");
+                   });
+  };
+  const std::string sound = "sensitivities { wavelengths_nm: [400, 500, 600] values: [0, 1, 0] } ";
+  EXPECT_THAT(told(sound), IsEmpty());
+  EXPECT_THAT(told(sound + sound + sound), IsEmpty());
+  EXPECT_THAT(told(""), HasSubstr("sensor 'film' needs one or three sensitivities; it has 0"));
+  EXPECT_THAT(told(sound + sound), AllOf(HasSubstr("scene.textproto:2"), HasSubstr("it has 2")));
+  EXPECT_THAT(told("sensitivities { wavelengths_nm: [500, 400] values: [1, 1] }"),
+              AllOf(HasSubstr("scene.textproto:2"), HasSubstr("sensitivity 1"), HasSubstr("must ascend")));
+  EXPECT_THAT(told("sensitivities { wavelengths_nm: [400, 500] values: [1, -1] }"), HasSubstr("negative"));
+  EXPECT_THAT(told("sensitivities { wavelengths_nm: [400, 500] values: [1, nan] }"), HasSubstr("not finite"));
+  EXPECT_THAT(told("sensitivities { wavelengths_nm: [0.4, 0.7] values: [1, 1] }"), HasSubstr("nm"));
+  EXPECT_THAT(told("sensitivities { wavelengths_nm: [400, 500] values: [0, 0] }"), HasSubstr("sees nothing"));
+}
+
 TEST(JobFaults, OfTextures) {
   constexpr Hostile kTextures[] = {
       {"textures { name: 'own' scale { value { texture: 'own' } } }", "texture (own): it refers to itself"},

@@ -28,11 +28,15 @@ TEST(Cameras, SensitivitiesPeakAtOneInOrder) {
 }
 
 TEST(Cameras, SeeIncandescentLightAsRed) {
-  const Observer camera = *find_camera("Nikon D5100");
-  const Triple a = tristimulus(*find_illuminant("A"), camera),
-               d65 = tristimulus(*find_illuminant("D65"), camera);
-  EXPECT_GT(a[0] / a[1], 1.5 * d65[0] / d65[1]);
-  EXPECT_LT(a[2] / a[1], 0.6 * d65[2] / d65[1]);
+  for (const std::string& name : camera_names()) {
+    const Observer camera = *find_camera(name);
+    EXPECT_EQ(camera.first_nm, 380);
+    EXPECT_EQ(camera.last_nm(), 780);
+    const Triple a = tristimulus(*find_illuminant("A"), camera),
+                 d65 = tristimulus(*find_illuminant("D65"), camera);
+    EXPECT_GT(a[0] / a[1], 1.5 * d65[0] / d65[1]) << name;
+    EXPECT_LT(a[2] / a[1], 0.6 * d65[2] / d65[1]) << name;
+  }
 }
 
 }  // namespace

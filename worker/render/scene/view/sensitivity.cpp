@@ -29,7 +29,7 @@ absl::StatusOr<std::vector<spectra::Curve>> sensitivities_of(const v1::Film& fil
     curves.push_back({{own.wavelengths_nm().begin(), own.wavelengths_nm().end()},
                       {own.values().begin(), own.values().end()}});
     const spectra::Curve& curve = curves.back();
-    const auto fault = [&](std::string_view what) {
+    const auto fault = [&](absl::string_view what) {
       return absl::InvalidArgumentError(absl::StrCat("film: sensitivity ", i + 1, ": ", what));
     };
     if (const absl::Status status = spectra::check_curve(curve); !status.ok()) return fault(status.message());
