@@ -56,6 +56,8 @@ class Spectra {
   /// A constant of a table: the coefficients of a sigmoid where `curve` is negative, else the value of the
   /// curve.
   Spectrum constant(const Color& coefficients, Int curve, Mask active) const;
+  /// The curves of these numbers.
+  Spectrum curve(Int number, Mask active) const;
   /// A factor of light that has this colour in daylight, of any size.
   Spectrum factor(const Color& color, Mask active) const;
   /// Light of this colour: the curve of its lamp, daylight where `curve` is negative, times the factor.

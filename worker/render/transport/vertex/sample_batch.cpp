@@ -60,7 +60,7 @@ Wide<T> of_first_in_group(Wide<T> each, int group) {
 }  // namespace
 
 bool SampleBatch::start(SampleSource& source, PathState& paths, int most, SamplePlaces places,
-                        std::optional<float> shared_time) {
+                        const PassShare& shared) {
   name_next(source, most);
   const CommonPlaces* const common = source.places();
   const StageTimer timer(stats_.times, Stage::kCamera);
@@ -96,7 +96,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
       if (scene_.any_motion)
         // Neighbours share light of one time.
         time =
-            shared_time ? Float(*shared_time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
+            shared.time ? Float(*shared.time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
     } else {
       const PixelPlace place = common_place(scene_.filter, bit_cast<std::uint32_t>(name.c[2]));
       raster = {fma(to_float(place.x), 1.0f / kPlaceSteps, raster.x),
@@ -106,7 +106,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
     const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
     const Wavelengths wavelengths =
         sample_wavelengths(scene_.spectral, [&] {  // Neighbours share light of the same ones.
-          return of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
+          return shared.wavelength ? Float(*shared.wavelength)
+                                   : of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
         });
 
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
@@ -118,6 +119,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, Sample
                         .roulette_scale = Float(1.0f),
                         .slot = Int::iota(slot),
                         .normal = zero,
+                        .dispersed = Int(0),
                         .time = time,
                         .reference = ray.origin,
                         .medium = Int(scene_.sensor.medium),
