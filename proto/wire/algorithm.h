@@ -56,8 +56,9 @@ struct PhaseTraits {
 /// Settings that one algorithm alone has are the message of RenderSettings and Algorithms with its name.
 struct AlgorithmTraits {
   const char* name;
-  const char* summary = "";  // for people, in one line
-  bool wavelengths = false;  // paths may carry light of wavelengths (RenderSettings.color)
+  const char* summary = "";     // for people, in one line
+  bool wavelengths = false;     // paths may carry light of wavelengths (RenderSettings.color)
+  const char* why_colors = "";  // why they may not, for people
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
   bool media = false;           // sees participating media; where not, they are left out with a warning
