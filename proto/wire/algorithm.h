@@ -56,9 +56,10 @@ struct PhaseTraits {
 /// Settings that one algorithm alone has are the message of RenderSettings and Algorithms with its name.
 struct AlgorithmTraits {
   const char* name;
-  const char* summary = "";  // for people, in one line
-  bool wavelengths = false;  // paths may carry light of wavelengths (RenderSettings.color)
-  bool bands = false;        // and give pictures bands of it (RenderSettings.film)
+  const char* summary = "";     // for people, in one line
+  bool wavelengths = false;     // paths may carry light of wavelengths (RenderSettings.color)
+  const char* why_colors = "";  // why they may not, for people
+  bool bands = false;           // and give pictures bands of it (RenderSettings.film)
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
   bool media = false;           // sees participating media; where not, they are left out with a warning

@@ -77,8 +77,16 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
   if (!algorithm->bsdf_lighting && asked.direct_light() == v1::DIRECT_LIGHT_BSDF) {
     return cannot("has its own way to find direct light: 'bsdf' is not for it");
   }
-  if (!algorithm->wavelengths && asked.color() == v1::COLOR_SPECTRAL)
-    return cannot("carries red, green and blue: color 'spectral' is for " + spectral_algorithms());
+  if (asked.color() == v1::COLOR_SPECTRAL) {
+    const std::string why = algorithm->why_colors;
+    if (!algorithm->wavelengths)
+      return cannot(absl::StrCat("carries red, green and blue", why.empty() ? "" : ", as ", why,
+                                 ": color 'spectral' is for ", spectral_algorithms()));
+    if (asked.photon().map() == v1::PHOTON_MAP_CLASSIC)
+      return cannot(
+          "with map 'classic' has one set of wavelengths for the whole picture: color 'spectral' is "
+          "for map 'progressive'");
+  }
   if (!algorithm->bands && bands_of(spec.view()).count > 0)
     return cannot("gives pictures no bands: film '" + spec.view().film() + "' is not for it");
   if (!algorithm->straight_shadows && asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)

@@ -285,6 +285,26 @@ TEST(BitEquality, BandsAndSensorsInProcessAndOnTwoWorkersWhateverTiles) {
   }
 }
 
+TEST(BitEquality, DispersedLightOfAllIntegratorsInProcessAndOnTwoWorkers) {
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  for (const char* algorithm : {"path", "bdpt", "vcm", "photon", "mlt", "guided", "whitted"}) {
+    SCOPED_TRACE(algorithm);
+    const Arguments job{"scenes/prism/scene.textproto",
+                        "--resolution",
+                        "72x40",
+                        "--integrator",
+                        algorithm,
+                        "--spp",
+                        "4",
+                        "--quiet"};
+    const std::string expected = render_hash(job);
+    EXPECT_EQ(render_hash(job + Arguments{"--threads", "3", "--tile", "16"}), expected);
+    EXPECT_EQ(submit_hash(farm, job + Arguments{"--tile", "24"}), expected);
+  }
+}
+
 TEST(BitEquality, OtherSeedsAndSamplersGiveOtherBits) {
   const std::string sobol = render_hash(kCornellBox + Arguments{"--sampler", "sobol"});
   EXPECT_NE(render_hash(kCornellBox + Arguments{"--sampler", "sobol", "--seed", "1"}), sobol);

@@ -10,6 +10,7 @@
 #include "expression/expression.h"
 #include "import/input/concat.h"
 #include "import/tessera_scene/animation.h"
+#include "spectra/matter/dispersion.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
@@ -117,6 +118,8 @@ class SceneCheck {
                    google::protobuf::DynamicCastToGenerated<v1::ImplicitSurface>(&message)) {
       if (const auto parsed = expression::parse(implicit->expression()); !parsed.ok())
         diagnostics_.error(where, concat("expression, ", std::string(parsed.status().message())));
+    } else if (const auto* dispersion = google::protobuf::DynamicCastToGenerated<v1::Dispersion>(&message)) {
+      check_glass(*dispersion, where);
     } else if (const auto* light = google::protobuf::DynamicCastToGenerated<v1::Light>(&message)) {
       if (light->kind_case() == v1::Light::KIND_NOT_SET) missing("light");
     } else if (const auto* matrix = google::protobuf::DynamicCastToGenerated<v1::Matrix>(&message)) {
@@ -124,6 +127,12 @@ class SceneCheck {
       if (size != 0 && size != 16)
         diagnostics_.error(where, concat("a matrix of ", size, " elements: expected 16"));
     }
+  }
+
+  void check_glass(const v1::Dispersion& dispersion, SourceLocation where) {
+    if (!dispersion.has_glass() || spectra::find_dispersion(dispersion.glass())) return;
+    diagnostics_.error(where, concat("there is no glass \"", dispersion.glass(), "\"",
+                                     base::did_you_mean(dispersion.glass(), spectra::dispersion_names())));
   }
 
   void check_reference(const std::string& name, const FieldDescriptor& field, SourceLocation where) {

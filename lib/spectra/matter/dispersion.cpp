@@ -11,6 +11,9 @@ constexpr auto kSellmeier = Dispersion::Formula::kSellmeier;
 constexpr auto kCauchy = Dispersion::Formula::kCauchy;
 constexpr std::string_view kSchott = "Schott, catalogue of 2017-01-20";
 
+/// Formulas that were fitted to nothing hold within the wavelengths of visible light and a little beyond.
+constexpr double kLeastNm = 300, kMostNm = 1000;
+
 constexpr double sqr_um(double um) { return um * um; }
 
 constexpr Dispersion kDispersions[] = {
@@ -116,6 +119,27 @@ double Dispersion::eta(double nm) const {
       sum += term.b * um * um / (um * um - term.c);
   }
   return formula == Formula::kSellmeier ? std::sqrt(sum) : sum;
+}
+
+std::vector<std::string> dispersion_names() {
+  std::vector<std::string> names;
+  for (const Dispersion& dispersion : kDispersions) names.emplace_back(dispersion.name);
+  return names;
+}
+
+Dispersion cauchy_dispersion(double b, double c, double d) {
+  return {.name = {},
+          .formula = Dispersion::Formula::kCauchy,
+          .terms = {{{b, 0}, {c, 2}, {d, 4}}},
+          .first_nm = kLeastNm,
+          .last_nm = kMostNm,
+          .source = {}};
+}
+
+Dispersion abbe_dispersion(double n_d, double abbe_number) {
+  constexpr double kD = 0.58756, kF = 0.48613, kC = 0.65627;  // micrometres
+  const double c = (n_d - 1) / abbe_number / (1 / (kF * kF) - 1 / (kC * kC));
+  return cauchy_dispersion(n_d - c / (kD * kD), c, 0);
 }
 
 std::optional<Dispersion> find_dispersion(std::string_view name) {

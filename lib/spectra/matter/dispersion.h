@@ -3,7 +3,9 @@
 
 #include <array>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <vector>
 
 namespace tessera::spectra {
 
@@ -32,5 +34,13 @@ struct Dispersion {
 /// Schott's "N-BK7", "N-BAF10", "N-FK51A", "N-LASF9", "N-SF11", "F2", "F5", "SF5", "SF10", "SF11", and
 /// "fused silica", "sapphire" (ordinary ray), "diamond", "water", "ethanol".
 std::optional<Dispersion> find_dispersion(std::string_view name);
+/// All of these names.
+std::vector<std::string> dispersion_names();
+
+/// Cauchy's formula with the terms b + c / l^2 + d / l^4, l in micrometres.
+Dispersion cauchy_dispersion(double b, double c, double d);
+/// Cauchy's formula with two terms, which has the index `n_d` at the Fraunhofer line d (587.56 nm), and this
+/// Abbe number: (n_d - 1) / (n_F - n_C), the lines F and C being at 486.13 and 656.27 nm.
+Dispersion abbe_dispersion(double n_d, double abbe_number);
 
 }  // namespace tessera::spectra

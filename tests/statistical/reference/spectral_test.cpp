@@ -46,6 +46,43 @@ INSTANTIATE_TEST_SUITE_P(Materials, GreyScenes,
                                          "dielectric { eta { constant: 1.5 } }",
                                          "plastic { reflectance { constant { constant: 0.4 } } }"));
 
+class Integrators : public testing::TestWithParam<const char*> {};
+
+TEST_P(Integrators, SeeGreyScenesAsInRgb) {
+  const std::string scene = grey_scene("plastic { reflectance { constant { constant: 0.4 } } }");
+  const Picture rgb = picture_of(scene, GetParam(), 4, ""),
+                spectral = picture_of(scene, GetParam(), 4, kSpectral, 1);
+  ASSERT_FALSE(rgb.values.empty() || spectral.values.empty());
+  expect_same(rgb, spectral);
+}
+
+INSTANTIATE_TEST_SUITE_P(All, Integrators,
+                         testing::Values("bdpt", "mlt", "vcm", "photon", "guided", "whitted", "raycast",
+                                         "ao"));
+
+struct Colours {
+  const char* integrator;
+  double relative;  // by how much it may be off: light that is merged is blurred
+};
+class ColouredLight : public testing::TestWithParam<Colours> {};
+
+TEST_P(ColouredLight, IsThatOfPaths) {
+  const std::string scene =
+      absl::StrCat(things("diffuse { reflectance { constant { rgb { r: 0.8 g: 0.15 b: 0.05 } } } }"),
+                   lamp("disk { radius: 1 }", "two_sided: true", kAbove), camera(kPerspective));
+  for (const std::uint32_t seed : {1u, 2u, 3u}) {
+    SCOPED_TRACE(seed);
+    const Picture path = picture_of(scene, "path", 4, kSpectral, seed),
+                  other = picture_of(scene, GetParam().integrator, 4, kSpectral, seed);
+    ASSERT_FALSE(path.values.empty() || other.values.empty());
+    expect_same(path, other, GetParam().relative);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(All, ColouredLight,
+                         testing::Values(Colours{"bdpt", 1e-3}, Colours{"mlt", 1e-3}, Colours{"guided", 1e-3},
+                                         Colours{"vcm", 0.01}));
+
 TEST(Spectral, ColoursAreThoseOfRgbWhereTheyAreSeenOnce) {
   const std::string scene = absl::StrCat(R"( materials { name: 'm' diffuse { reflectance { constant {
       rgb { r: 0.7 g: 0.3 b: 0.1 } } } } } shapes { disk { radius: 30 } material: 'm' } )",
@@ -68,6 +105,11 @@ TEST(Spectral, LightBetweenWallsIsThatOfEachWavelength) {
       return sum;
     });
     expect_color(picture_of(scene, "path", depth, kSpectral), expected, 5e-4);
+    // Photons within this radius are on the inside of the sphere that the eye sees.
+    expect_color(
+        picture_of(scene, "photon", depth,
+                   absl::StrCat(kSpectral, "photon { radius: 2 photons: 512 light: PHOTON_LIGHT_ALL }")),
+        expected, 5e-3);
   }
 }
 

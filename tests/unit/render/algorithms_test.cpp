@@ -1,8 +1,10 @@
 // The one list of algorithms, from both of its sides.
 #include <gmock/gmock.h>
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -26,6 +28,36 @@ TEST(Algorithms, KernelsOfEveryIsaHaveThemAll) {
     for (const Algorithm& algorithm : find_kernel(isa)->algorithms) own.emplace_back(algorithm.name);
     EXPECT_THAT(own, testing::UnorderedElementsAreArray(names)) << isa;
   }
+}
+
+TEST(Algorithms, KernelsForWavelengthsHaveThoseThatCarryThem) {
+  for (const std::string& isa : supported_isas()) {
+    std::set<std::string> own;
+    for (const Algorithm& algorithm : find_kernel(isa, KernelLight::kWavelengths)->algorithms)
+      own.insert(algorithm.name);
+    for (const wire::AlgorithmTraits& traits : wire::algorithms())
+      EXPECT_EQ(own.contains(traits.name), traits.wavelengths) << traits.name << ", " << isa;
+  }
+}
+
+TEST(Algorithms, WhatCarriesNoWavelengthsSaysWhy) {
+  const auto fault = [](const std::string& settings) {
+    v1::RenderSettings asked;
+    EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString("color: COLOR_SPECTRAL " + settings, &asked));
+    v1::JobSpec job;
+    wire::resolve_settings(asked, job);
+    wire::add_phases(job);
+    return std::string(wire::check_settings(job).message());
+  };
+  EXPECT_EQ(fault("integrator: 'vcm'"), "");
+  EXPECT_THAT(
+      fault("integrator: 'irradiance-cache'"),
+      HasSubstr("'irradiance-cache' carries red, green and blue, as records of its cache are met by paths "
+                "of all wavelengths: color 'spectral' is for path, "));
+  EXPECT_THAT(fault("integrator: 'radiosity'"), HasSubstr("as light of its patches is met by paths"));
+  EXPECT_EQ(fault("integrator: 'photon'"), "");
+  EXPECT_THAT(fault("integrator: 'photon' photon { map: PHOTON_MAP_CLASSIC }"),
+              HasSubstr("one set of wavelengths for the whole picture"));
 }
 
 TEST(Algorithms, TheFirstIsTheDefault) {
@@ -55,6 +87,10 @@ TEST(Algorithms, JobsAreHeldAgainstTheirTraits) {
     noisy.mutable_cut()->set_tile_size(8);
     wire::add_phases(noisy);
     EXPECT_EQ(wire::check_settings(noisy).ok(), traits.noise) << traits.name;
+
+    v1::JobSpec coloured = job;
+    coloured.mutable_content()->mutable_algorithms()->set_color(v1::COLOR_SPECTRAL);
+    EXPECT_EQ(wire::check_settings(coloured).ok(), traits.wavelengths) << traits.name;
 
     v1::JobSpec scattered = job;
     scattered.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SCATTER);

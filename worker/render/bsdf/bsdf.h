@@ -29,6 +29,8 @@ struct BsdfParams {
 #ifdef TESSERA_SPECTRAL
   Float luminance;  // luminance of spectra[0] in daylight
   Wavelengths wavelengths;
+  Spectrum
+      etas;  // where some lane has kDisperses: kEta, which is that of the first wavelength, at all of them
 #endif
   Int coat_table;
   const float* coat_tables;  // MaterialTable::coat_tables.data()

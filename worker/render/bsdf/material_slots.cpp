@@ -102,6 +102,18 @@ void load_constants(const MaterialRecord& material, const Spectra& spectra, Mask
   params.coat_table = Int(material.coat_table);
 }
 
+#ifdef TESSERA_SPECTRAL
+/// The indices of refraction that vary.
+void load_etas(const MaterialTable& materials, Int record, const Spectra& spectra, Mask active,
+               BsdfParams& params) {
+  const ScalarSlot& slot = materials.materials.data()->scalars[slot::kEta];
+  const Mask vary = active & params.with(kDisperses);
+  const Spectrum etas = spectra.curve(curve_of(gather(&slot.texture, record * kStride, vary)), vary);
+  params.etas = select(vary, etas, Spectrum(params.scalars[slot::kEta]));
+  params.scalars[slot::kEta] = params.etas.c[0];
+}
+#endif
+
 void look_up_further(const ExtendedRecord& extended, const TextureTable& textures, const TexturePoint& at,
                      Mask lanes, BsdfParams& params) {
   constexpr float kHighest = 1e6f;  // nanometres of a film
@@ -181,6 +193,9 @@ void load_constants(const MaterialTable& materials, Int record, const MaterialRe
   } else {
     load_constants(materials, record, spectra, active, params);
   }
+#ifdef TESSERA_SPECTRAL
+  if ((params.some_flags & kDisperses) != 0) load_etas(materials, record, spectra, active, params);
+#endif
   params.coat_tables = materials.coat_tables.data();
   params.film_table = materials.film_table.data();
 }

@@ -39,7 +39,10 @@ enum MaterialFlags : std::int32_t {
   kHasDeltaLobe = 1 << 19,  // a mirror, clear glass, or a clear coat over something else
   kTransmits = 1 << 20,     // scatters light to the other side, whatever its parameters are
   kSheet = 1 << 21,         // without thickness: Material::one_sided says nothing of it
-  kDiffuseBase = 1 << 22    // spectra[slot::kReflectance] is of a diffuse base
+  kDiffuseBase = 1 << 22,   // spectra[slot::kReflectance] is of a diffuse base
+  // Jobs of wavelengths only: the index of refraction varies, and scalars[slot::kEta].texture is its curve,
+  // as in SpectrumSlot::texture.
+  kDisperses = 1 << 23
 };
 
 /// Bits of Bsdf::traits: what holds for all materials of a model.

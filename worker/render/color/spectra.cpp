@@ -114,11 +114,13 @@ Spectrum Spectra::constant(const Color& coefficients, Int curve, Mask active) co
   Spectrum result;
   const Mask curved = active & (curve >= 0);
   for (int i = 0; i < kSpectrumLanes; ++i) result.c[i] = sigmoid_at(coefficients, wavelengths_.c[i]);
-  if (none(curved)) return result;
-  for (int i = 0; i < kSpectrumLanes; ++i) {
-    const CurvePlace place(wavelengths_.c[i]);
-    result.c[i] = select(curved, curve_at(tables_->curves.data(), curve, place, curved), result.c[i]);
-  }
+  return none(curved) ? result : select(curved, this->curve(curve, curved), result);
+}
+
+Spectrum Spectra::curve(Int number, Mask active) const {
+  Spectrum result;
+  for (int i = 0; i < kSpectrumLanes; ++i)
+    result.c[i] = curve_at(tables_->curves.data(), number, CurvePlace(wavelengths_.c[i]), active);
   return result;
 }
 

@@ -57,6 +57,8 @@ class Spectra {
   /// A constant of a table: the coefficients of a sigmoid where `curve` is negative, else the value of the
   /// curve.
   Spectrum constant(const Color& coefficients, Int curve, Mask active) const;
+  /// The curves of these numbers.
+  Spectrum curve(Int number, Mask active) const;
   /// A factor of light that has this colour in daylight, of any size; up to 1 where the colour is.
   Spectrum factor(const Color& color, Mask active) const;
   /// A density of this colour: at no wavelength above twice its largest component. Of greys, it is that.

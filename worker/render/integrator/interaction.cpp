@@ -242,8 +242,8 @@ void interact_mixed(const SceneTables& scene, const Surface& surface, Vec3 wo, F
   at.material = whole;
   // Delta is what both are; opacity is that of the mix.
   constexpr std::int32_t kOwn = kHasOpacity | kPassesStraight;
-  const Int both =
-      (at.flags & at.second.flags & kAllDelta) | (whole_flags & kOwn) | (at.flags & ~(kAllDelta | kOwn));
+  const Int both = (at.flags & at.second.flags & kAllDelta) | (whole_flags & kOwn) |
+                   (at.flags & ~(kAllDelta | kOwn)) | (at.second.flags & kDisperses);
   at.flags = select(mixed, both | kMixed, at.flags);
   at.lambertian = false;
 }

@@ -96,7 +96,8 @@ struct SceneTables {
   bool volumetric = false;
   // Light passes clear glass (is_clear_glass()) unbent on its way to what it lights.
   bool straight_shadows = false;
-  bool any_motion = false;  // the sensor or shapes move: paths have times
+  bool any_motion = false;      // the sensor or shapes move: paths have times
+  bool any_dispersion = false;  // jobs of wavelengths only: some material has kDisperses
 };
 
 }  // namespace tessera::render

@@ -224,7 +224,8 @@ class BuiltScene final : public RenderScene {
     if (!tables_.paths_pass) return "";
     if (!tables_.media.media.empty()) return "media";
     const auto is_tinted_sheet = [](const MaterialRecord& material) {
-      return (material.flags & kPassesStraight) != 0 && (material.variants & kTinted) != 0;
+      return (material.flags & kPassesStraight) != 0 &&
+             ((material.variants & kTinted) != 0 || (material.flags & kDisperses) != 0);
     };
     const auto has_holes = [](const ShapeRecord& shape) { return (shape.flags & kHasAlpha) != 0; };
     if (std::ranges::any_of(tables_.materials.materials, is_tinted_sheet)) return "tinted sheets of glass";

@@ -92,6 +92,7 @@ void set_path_traits(const SceneArrays& arrays, const Settings& settings, SceneT
                           material.upper_normal_texture >= 0;
     tables.any_mix = tables.any_mix || (material.flags & (kMixed | kHasBack));
     tables.any_opacity = tables.any_opacity || (material.flags & kHasOpacity);
+    tables.any_dispersion = tables.any_dispersion || (material.flags & kDisperses);
     tables.straight_shadows |= settings.straight_shadows && is_clear_glass(material);
     // Materials that are no surface matter in media only.
     if (!settings.algorithm->media || material.kind == kNoSurface) continue;

@@ -110,6 +110,19 @@ TEST(Dispersion, OtherMaterials) {
   EXPECT_FALSE(find_dispersion("BK7").has_value());
 }
 
+TEST(Dispersion, FormulasOfNumbers) {
+  const Dispersion cauchy = cauchy_dispersion(1.5, 0.004, 0.0002);
+  EXPECT_NEAR(cauchy.eta(500), 1.5 + 0.004 / 0.25 + 0.0002 / 0.0625, 1e-12);
+  const Dispersion abbe = abbe_dispersion(1.62, 36.3);
+  EXPECT_NEAR(abbe.eta(587.56), 1.62, 1e-12);
+  EXPECT_NEAR((1.62 - 1) / (abbe.eta(486.13) - abbe.eta(656.27)), 36.3, 1e-9);
+}
+
+TEST(Dispersion, NamesAreThoseThatAreFound) {
+  for (const std::string& name : dispersion_names()) EXPECT_TRUE(find_dispersion(name).has_value()) << name;
+  EXPECT_EQ(dispersion_names().size(), 15u);
+}
+
 TEST(Dispersion, TablesOfPbrtFollowTheFormulas) {
   // The tables have one formula's values at their samples, of glasses from other years: they agree to 1e-4.
   const auto expect_same = [](const char* table_name, const char* formula_name) {

@@ -32,6 +32,7 @@ class Toy final : public PathSpace {
   int max_events() const override { return kDeep; }
   bool asks_for(int place) const override { return place != kFlightPlace; }
 
+  Channels channels(const PathBatch&, int) const override { return {}; }
   void make(PathBatch& batch) override {
     for (int slot = 0; slot < batch.count; slot += kWidth) {
       const PrimaryNumbers numbers(batch, slot / kWidth);

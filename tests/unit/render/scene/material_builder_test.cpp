@@ -208,6 +208,16 @@ TEST_F(MaterialBuilderTest, NamesTheMaterialAtFault) {
               HasSubstr("an iridescence_thickness of -1"));
   EXPECT_THAT(refusal_of("gltf { dispersion: -1 }"), HasSubstr("a dispersion of -1"));
   EXPECT_THAT(refusal_of("gltf { dispersion: inf }"), HasSubstr("a dispersion of inf"));
+  EXPECT_THAT(refusal_of("dielectric { dispersion { glass: 'N-BK8' } }"),
+              HasSubstr("there is no glass 'N-BK8'; did you mean 'N-BK7'? Known are N-BK7, "));
+  EXPECT_THAT(refusal_of("dielectric { eta { constant: 1.5 } dispersion { glass: 'water' } }"),
+              HasSubstr("eta and dispersion exclude each other"));
+  EXPECT_THAT(refusal_of("thin_dielectric { dispersion {} }"), HasSubstr("a dispersion without a kind"));
+  EXPECT_THAT(refusal_of("dielectric { dispersion { abbe { index: 1.5 } } }"),
+              HasSubstr("an Abbe number of 0 is not above 0"));
+  EXPECT_THAT(refusal_of("dielectric { dispersion { cauchy { a: -1 } } }"),
+              HasSubstr("at 360 nm, an index of refraction of -1"));
+  EXPECT_THAT(refusal_of("dielectric { dispersion { cauchy { a: nan } } }"), HasSubstr("of nan"));
   EXPECT_THAT(refusal_of("diffuse {} normal_map {} normal_texture: 'clouds'"),
               HasSubstr("exclude each other"));
 }

@@ -3,10 +3,12 @@
 //
 // spectra[0, 1]  with kTinted: factors of reflected and of transmitted light
 // scalars[0, 1]  alpha along x and y; smooth where both are below kSmoothAlpha
-// scalars[2]     eta: index below the surface (z < 0) over the index above
+// scalars[2]     eta: index below the surface (z < 0) over the index above; with kDisperses, of rough ones,
+//                that of the first wavelength
 #include "render/bsdf/bsdf.h"
 
 #include "render/bsdf/balance.h"
+#include "render/bsdf/dispersed.h"
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/microfacet.h"
 #include "render/bsdf/tint.h"
@@ -72,19 +74,25 @@ namespace {
 
 /// sample() for microfacets of one type; all rough lanes have it. `wo` is above the surface.
 template <class Facets>
-TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta, Mask delta, bool any_rough,
-                                       Float u_lobe, Vec2 u) {
+TESSERA_INLINE BsdfSample sample_above(const BsdfParams& params, const Facets& facets, Vec3 wo, Mask below,
+                                       Mask delta, bool any_rough, Float u_lobe, Vec2 u) {
+  const Float eta = relative_eta(params, below);
   // A normal, then reflection or refraction by its Fresnel reflectance.
   Vec3 wm{0.0f, 0.0f, 1.0f};
   if (any_rough) wm = select(delta, wm, facets.sample_visible(wo, u));
   const Float cos_m = dot(wo, wm);
   const DielectricFresnel fresnel = fresnel_dielectric(cos_m, eta);
-  const Mask reflected = u_lobe < fresnel.reflectance;
+  Float mirror = fresnel.reflectance;
+  const bool some_split = some_disperse(params);
+  const Mask split = some_split ? delta & params.with(kDisperses) : Mask::none();
+  const Spectrum each = some_split ? reflectances(params, cos_m, below) : Spectrum(mirror);
+  if (some_split) mirror = select(split, each.mean(), mirror);
+  const Mask reflected = u_lobe < mirror;
   const Vec3 wi = select(reflected, reflect(wo, wm, cos_m), refract(wo, wm, cos_m, eta, fresnel));
   const Float zi = abs_cos_theta(wi);
 
   Float weight = select(reflected, 1.0f, 1.0f / sqr(eta));
-  Float pdf = select(reflected, fresnel.reflectance, 1.0f - fresnel.reflectance);
+  Float pdf = select(reflected, mirror, 1.0f - mirror);
   if (any_rough) {
     // Density of the visible normal, apart from its cos_m, times the Jacobian of reflection or refraction
     // with it.
@@ -94,13 +102,19 @@ TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta,
     weight = weight * select(delta, 1.0f, visible_weight(facets, wo, {wi.x, wi.y, zi}));
     pdf = pdf * select(delta, 1.0f, visible * jacobian);
   }
-  return {.wi = wi,
-          .weight = Spectrum(weight),
-          .pdf = pdf,
-          .eta = select(reflected, 1.0f, eta),
-          .valid = (wo.z > 0.0f) & (cos_m > 0.0f) & (zi > 0.0f) & (reflected ^ (wi.z < 0.0f)) & (pdf > 0.0f),
-          .specular = delta,
-          .transmission = ~reflected};
+  BsdfSample result{
+      .wi = wi,
+      .weight = Spectrum(weight),
+      .pdf = pdf,
+      .eta = select(reflected, 1.0f, eta),
+      .valid = (wo.z > 0.0f) & (cos_m > 0.0f) & (zi > 0.0f) & (reflected ^ (wi.z < 0.0f)) & (pdf > 0.0f),
+      .specular = delta,
+      .transmission = ~reflected};
+  if (some_split) {
+    const Spectrum share = select(reflected, each, Spectrum(1.0f - fresnel.reflectance));
+    result.weight = select(split, result.weight * share * (1.0f / max(pdf, 1e-30f)), result.weight);
+  }
+  return result;
 }
 
 }  // namespace
@@ -108,27 +122,32 @@ TESSERA_INLINE BsdfSample sample_above(const Facets& facets, Vec3 wo, Float eta,
 BsdfSample DielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2 u,
                                   Transport transport, Mask active) const {
   const Mask below = wo.z < 0.0f;
-  const Float eta = relative_eta(params, below);
   const Mask delta = is_smooth_dielectric(params, slot::kAlphaX, slot::kEta);
   const bool any_rough = any(and_not(active, delta));
   wo = mirror_if(below, wo);
   BsdfSample result = with_microfacets(params, slot::kAlphaX, [&](const auto& facets) {
-    return sample_above(facets, wo, eta, delta, any_rough, u_lobe, u);
+    return sample_above(params, facets, wo, below, delta, any_rough, u_lobe, u);
   });
   result.valid &= active;
   result.weight = tinted(params, ~result.transmission, result.weight);
   if (params.some_variants & kBalanced) {
     result.weight *= balance_factor(params, wo, result.wi, below, and_not(result.valid, delta));
   }
-  result.weight = transported(transport, result.transmission, eta, result.weight);
+  result.weight = transported(transport, result.transmission, relative_eta(params, below), result.weight);
   result.wi = mirror_if(below, result.wi);
   return result;
 }
 
 /// The square root of what a pane lets through in all orders of reflection between its two sides.
 Passing DielectricBsdf::passing(const BsdfParams& params, Float cosine) const {
-  const Float once = fresnel_dielectric(cosine, params.scalars[slot::kEta]).reflectance;
-  return {sqrt((1.0f - once) / (1.0f + once)), tinted(params, Mask::none(), Spectrum(1.0f))};
+  const auto through = [](Float once) { return sqrt((1.0f - once) / (1.0f + once)); };
+  const Spectrum tint = tinted(params, Mask::none(), Spectrum(1.0f));
+  if (some_disperse(params)) {
+    Spectrum part = reflectances(params, cosine, Mask::none());
+    for (Float& lane : part.c) lane = through(lane);
+    return passing_of(part, tint);
+  }
+  return {through(fresnel_dielectric(cosine, params.scalars[slot::kEta]).reflectance), tint};
 }
 
 const ModelOf<DielectricBsdf> dielectric(BsdfKind::kDielectric);

@@ -5,6 +5,7 @@
 // scalars[2]     eta: index of the sheet over the index around it
 #include "render/bsdf/bsdf.h"
 
+#include "render/bsdf/dispersed.h"
 #include "render/bsdf/fresnel.h"
 #include "render/bsdf/tint.h"
 
@@ -34,12 +35,23 @@ BsdfEval ThinDielectricBsdf::eval(const BsdfParams&, Vec3, Vec3, Transport, Mask
 BsdfSample ThinDielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u_lobe, Vec2, Transport,
                                       Mask active) const {
   // R + T R T + T R^3 T + ... = R + T^2 R / (1 - R^2) = 2 R / (1 + R)
-  const Float once = reflectance_once(params, abs_cos_theta(wo));
-  const Float reflectance = 2.0f * once / (1.0f + once);
+  const auto whole = [](Float once) { return 2.0f * once / (1.0f + once); };
+  const Float cosine = abs_cos_theta(wo);
+  Float reflectance = whole(reflectance_once(params, cosine));
+  Spectrum each(reflectance);
+  if (some_disperse(params)) {
+    each = reflectances(params, cosine, Mask::none());
+    for (Float& lane : each.c) lane = whole(lane);
+    reflectance = each.mean();
+  }
   const Mask reflected = u_lobe < reflectance;
+  const Float pdf = select(reflected, reflectance, 1.0f - reflectance);
+  Spectrum weight(1.0f);
+  if (some_disperse(params))
+    weight = select(reflected, each, Spectrum(1.0f) - each) * (1.0f / max(pdf, 1e-30f));
   return {.wi = {-wo.x, -wo.y, select(reflected, wo.z, -wo.z)},
-          .weight = tinted(params, reflected, Spectrum(1.0f)),
-          .pdf = select(reflected, reflectance, 1.0f - reflectance),
+          .weight = tinted(params, reflected, weight),
+          .pdf = pdf,
           .eta = 1.0f,
           .valid = active & (wo.z != 0.0f),
           .specular = Mask::all(),
@@ -47,8 +59,14 @@ BsdfSample ThinDielectricBsdf::sample(const BsdfParams& params, Vec3 wo, Float u
 }
 
 Passing ThinDielectricBsdf::passing(const BsdfParams& params, Float cosine) const {
-  const Float once = reflectance_once(params, cosine);
-  return {(1.0f - once) / (1.0f + once), tinted(params, Mask::none(), Spectrum(1.0f))};
+  const auto through = [](Float once) { return (1.0f - once) / (1.0f + once); };
+  const Spectrum tint = tinted(params, Mask::none(), Spectrum(1.0f));
+  if (some_disperse(params)) {
+    Spectrum part = reflectances(params, cosine, Mask::none());
+    for (Float& lane : part.c) lane = through(lane);
+    return passing_of(part, tint);
+  }
+  return {through(reflectance_once(params, cosine)), tint};
 }
 
 const ModelOf<ThinDielectricBsdf> thin_dielectric(BsdfKind::kThinDielectric);

@@ -5,6 +5,7 @@
 #include "render/bsdf/kinds.h"
 #include "render/core/constants.h"
 #include "render/scene/material/material_kinds.h"
+#include "spectra/matter/dispersion.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -69,12 +70,22 @@ absl::Status set_film(const v1::GltfMaterial& gltf, ExtendedRecord& extended, Ma
 }
 
 /// Half of what the indices of red and blue are apart [KHR_materials_dispersion]: neither comes to where
-/// nothing is refracted.
-absl::Status set_dispersion(float dispersion, float eta, ExtendedRecord& extended, MaterialRecord& record) {
+/// nothing is refracted. Where light has wavelengths, the index is a curve instead.
+absl::Status set_dispersion(float dispersion, float eta, ExtendedRecord& extended, MaterialSlots& slots) {
+  MaterialRecord& record = slots.record;
   if (!(dispersion >= 0) || !std::isfinite(dispersion))
     return absl::InvalidArgumentError(
         absl::StrCat("a dispersion of ", dispersion, " is below 0 or not finite"));
   if (dispersion == 0 || (record.flags & kHasInside) == 0) return absl::OkStatus();
+  if (slots.spectral() != nullptr) {
+    constexpr double kAbbeOfOne = 20;
+    const spectra::Dispersion formula = spectra::abbe_dispersion(eta, kAbbeOfOne / dispersion);
+    slots.set_varying_eta([=](double nm) {
+      const double index = formula.eta(nm);
+      return eta < 1 ? std::min(index, 1.0 - kLeastIndexStep) : std::max(index, 1.0 + kLeastIndexStep);
+    });
+    return absl::OkStatus();
+  }
   const float step = eta - 1, most = std::max(1 - kLeastIndexStep / std::abs(step), 0.0f);
   extended.further[slot::kSpread].value = step * std::min(0.025f * dispersion, most);
   record.flags |= kUsesFurther;
@@ -116,7 +127,7 @@ absl::Status set_gltf(const v1::Material& material, MaterialSlots& slots) {
   record.scalars[slot::kEta].value = eta;
   if (auto s = wire::check_index(index); !s.ok()) return s;
   if (auto s = set_film(gltf, extended, slots); !s.ok()) return s;
-  if (auto s = set_dispersion(gltf.dispersion(), eta, extended, record); !s.ok()) return s;
+  if (auto s = set_dispersion(gltf.dispersion(), eta, extended, slots); !s.ok()) return s;
   return set_coat_normal(material, extended, slots);
 }
 

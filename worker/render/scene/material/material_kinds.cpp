@@ -117,7 +117,11 @@ absl::Status set_dielectric(const v1::DielectricMaterial& dielectric, MaterialSl
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kDielectric;
   record.flags |= kUsesAlphas | kUsesEta | kTransmits;
-  if (auto s = slots.set_eta(dielectric.eta(), 1.5f); !s.ok()) return s;
+  if (auto s = slots.set_dispersing_eta(dielectric.eta(), dielectric.has_dispersion(),
+                                        dielectric.dispersion(), 1.5f);
+      !s.ok()) {
+    return s;
+  }
   if (auto s = slots.set_tint(dielectric.reflection_tint(), record.spectra[slot::kReflectionTint]); !s.ok())
     return s;
   if (auto s = slots.set_tint(dielectric.transmission_tint(), record.spectra[slot::kTransmissionTint]);
@@ -139,7 +143,10 @@ absl::Status set_thin_dielectric(const v1::ThinDielectricMaterial& sheet, Materi
   record.kind = BsdfKind::kThinDielectric;
   record.flags |= kAllDelta | kHasDeltaLobe | kUsesEta | kTransmits;
   if (sheet.passes_straight()) record.flags |= kPassesStraight;
-  if (auto s = slots.set_eta(sheet.eta(), 1.5f); !s.ok()) return s;
+  if (auto s = slots.set_dispersing_eta(sheet.eta(), sheet.has_dispersion(), sheet.dispersion(), 1.5f);
+      !s.ok()) {
+    return s;
+  }
   if (auto s = slots.set_tint(sheet.reflection_tint(), record.spectra[slot::kReflectionTint]); !s.ok())
     return s;
   if (auto s = slots.set_tint(sheet.transmission_tint(), record.spectra[slot::kTransmissionTint]); !s.ok())

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/kinds.h"
+#include "render/scene/values/dispersion.h"
 #include "render/scene/values/spectra.h"
 #include "spectra/rgb/scene_rgb.h"
 #include "wire/scene_numbers.h"
@@ -96,6 +97,33 @@ absl::Status MaterialSlots::set_eta(const v1::Spectrum& spectrum, float otherwis
   }
   record.scalars[slot::kEta].value = eta;
   return wire::check_index(eta);
+}
+
+absl::Status MaterialSlots::set_dispersing_eta(const v1::Spectrum& eta, bool has_dispersion,
+                                               const v1::Dispersion& dispersion, float otherwise) {
+  constexpr double kSodiumNm = 589.3;  // that of spectra::dielectric_eta()
+  std::function<double(double)> index;
+  if (has_dispersion) {
+    if (eta.kind_case() != v1::Spectrum::KIND_NOT_SET)
+      return absl::InvalidArgumentError("eta and dispersion exclude each other");
+    const auto formula = dispersion_of(dispersion);
+    if (!formula.ok()) return formula.status();
+    record.scalars[slot::kEta].value = static_cast<float>(formula->eta(kSodiumNm));
+    index = [of = *formula](double nm) { return of.eta(nm); };
+  } else {
+    if (auto s = set_eta(eta, otherwise); !s.ok() || !eta.has_sampled()) return s;
+    index = [of = curve_of(eta.sampled())](double nm) { return of.at(nm); };
+  }
+  set_varying_eta(index);
+  return absl::OkStatus();
+}
+
+void MaterialSlots::set_varying_eta(const std::function<double(double)>& index) {
+  if (inputs_.spectral == nullptr) return;
+  const auto curve = inputs_.spectral->add_varying(index);
+  if (!curve) return;
+  record.flags |= kDisperses;
+  record.scalars[slot::kEta].texture = kFirstCurve - *curve;
 }
 
 void MaterialSlots::set_multiple_scattering(const v1::Roughness& roughness, float eta) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -40,6 +41,12 @@ class MaterialSlots {
   absl::Status set_tint(const v1::SpectrumValue& value, SpectrumSlot& slot);
   absl::Status set_roughness(const v1::Roughness& roughness, ScalarSlot& u, ScalarSlot& v);
   absl::Status set_eta(const v1::Spectrum& eta, float otherwise);
+  /// The same of a boundary that refracts light of each wavelength by its own index, in jobs of wavelengths,
+  /// where one of the two has it.
+  absl::Status set_dispersing_eta(const v1::Spectrum& eta, bool has_dispersion,
+                                  const v1::Dispersion& dispersion, float otherwise);
+  /// In jobs of wavelengths, lets the index be this function of nanometres, if it varies at all.
+  void set_varying_eta(const std::function<double(double)>& index);
   /// Gives a rough conductor (`eta` 0) or dielectric the table for multiple scattering, unless it asks for
   /// none.
   void set_multiple_scattering(const v1::Roughness& roughness, float eta);

@@ -73,7 +73,8 @@ TESSERA_MEMBERS(OwnSettings, values)
 TESSERA_MEMBERS(SceneTables, shapes, materials, textures, lights, media, spectral, sensor, footprint, filter,
                 render_origin, sampler, max_depth, shared_caution, aovs, layers, own, irradiance_cache,
                 radiosity, photon, metropolis, shading_group, shading_groups, any_textures, any_tangents,
-                any_filtered, any_mix, any_opacity, paths_pass, volumetric, straight_shadows, any_motion)
+                any_filtered, any_mix, any_opacity, paths_pass, volumetric, straight_shadows, any_motion,
+                any_dispersion)
 
 }  // namespace render
 

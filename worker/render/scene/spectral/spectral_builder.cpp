@@ -58,6 +58,13 @@ std::int32_t SpectralBuilder::add_curve(const std::function<double(double)>& val
   return number;
 }
 
+std::optional<std::int32_t> SpectralBuilder::add_varying(const std::function<double(double)>& value) {
+  const std::vector<float> samples = sampled(value);
+  const auto [least, most] = std::ranges::minmax(samples);
+  if (most - least <= 1e-6f * most) return std::nullopt;
+  return add_curve(value);
+}
+
 std::optional<std::int32_t> SpectralBuilder::add_measured(const v1::Spectrum& spectrum, double scale) {
   if (const auto measured = measured_curve(spectrum))
     return add_curve([&](double nm) { return scale * measured->at(nm); });

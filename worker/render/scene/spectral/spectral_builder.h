@@ -33,6 +33,8 @@ class SpectralBuilder {
 
   /// The number of a new curve, of a function of nanometres.
   std::int32_t add_curve(const std::function<double(double nm)>& value);
+  /// The same; nothing of a function that is the same at all wavelengths, but for rounding.
+  std::optional<std::int32_t> add_varying(const std::function<double(double nm)>& value);
   /// The same of a spectrum that is no colour, times `scale`; nothing of one that is.
   std::optional<std::int32_t> add_measured(const v1::Spectrum& spectrum, double scale = 1);
   /// The same of a colour: a reflectance that has it in daylight; or a factor of any size, up to twice its

@@ -36,7 +36,7 @@ void AmbientOcclusion::look_around() {
     const Frame frame = Frame::from_normal(face_forward(v.surface.ng, v.wo));
     const Vec3 wi = frame.to_world(square_to_cosine_hemisphere(e.random(dimension::kBsdfDirection)));
     WideConnection around = connect(scene_, v, wi, fma(wi, Float(reach), v.surface.p), hit);
-    around.contribution = Spectrum(1.0f);
+    around.contribution = spectra_of(scene_, e.path).light(Color(1.0f), Int(-1), hit);
     around.slot = e.path.slot;
     around_.size += append(scene_, around, hit, around_, around_.size);
   }

@@ -19,7 +19,8 @@ class AmbientOcclusion final : public Integrator {
   bool render(SampleSource& work, Film& film, std::stop_token stop) override;
 
  private:
-  /// Sends a ray from each point that was hit, in a direction drawn by its cosine; it carries white.
+  /// Sends a ray from each point that was hit, in a direction drawn by its cosine; it carries white, as
+  /// daylight is.
   void look_around();
   void trace();
 

@@ -3,6 +3,7 @@
 #include "render/core/constants.h"
 #include "render/integrator/algorithm_list.h"
 #include "render/integrator/stage_timer.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/met_light.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -53,6 +54,7 @@ void Whitted::find_points(const PathState& rays, int n, int depth) {
     add_emission(e);
     if (none(e.met)) continue;
     e.find_scattering(scene_);
+    disperse_at(scene_, e.vertex, e.met, e.path);
     if (depth == 0) batch_.record_first_hit(e.vertex, e.hit, e.path.slot, e.met);
   }
 }
@@ -106,6 +108,7 @@ void Whitted::follow(Level& next, int& reflected, int& refracted) const {
       ray.origin = ray.reference = offset_origin(v.surface, lobe.wi);
       ray.direction = lobe.wi;
       ray.beta = e.path.beta * lobe.weight * share;
+      disperse_along(scene_, v, lobe, ray);
       ray.pdf = e.path.pdf * share;
       // Without the 1 / eta^2 of refraction, which the way out takes back.
       ray.roulette_scale =

@@ -5,7 +5,7 @@
 #include "render/transport/bdpt/merging.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/layers.h"
-#include "render/transport/vertex/pass_time.h"
+#include "render/transport/vertex/pass_share.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -28,16 +28,16 @@ bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop)
   if (merging_) {
     // All photons of a pass are caught, and joined to the camera, before any of them is looked for.
     if (!merging_->knows_what_to_expect()) merging_->expect(photons_a_path());
-    pass_time_ = time_of_pass(scene_, sampler_seed_, pass);
+    shared_ = share_of_pass(scene_, sampler_seed_, pass);
     merging_->begin(pass);
     lights_.merge(merging_->photons_a_join());
     if (!trace_lights(pass, {}, film, stop)) return false;
     merging_->end();
   }
-  while (batch_.start(work, frontier_.paths, kSubpaths, pass_time_)) {
+  while (batch_.start(work, frontier_.paths, kSubpaths, shared_)) {
     if (stop.stop_requested()) return false;
     lights_.trace(batch_.keys(), batch_.size(),
-                  {.keep = true, .film = merging_ ? nullptr : &film, .time = pass_time_});
+                  {.keep = true, .film = merging_ ? nullptr : &film, .shared = shared_});
     frontier_.begin(batch_.size());
     for (int depth = 0; frontier_.size() > 0; ++depth) advance(depth);
     batch_.finish(film, scene_.max_depth > 0);
@@ -77,7 +77,7 @@ bool Bidirectional::trace_lights(std::uint32_t pass, const FilmRect& but, Film& 
     }
     const bool caught = merging_ && merging_->wants_batch(batch++);
     lights_.trace(other_keys_, count,
-                  {.film = &film, .sink = caught ? merging_.get() : nullptr, .time = pass_time_});
+                  {.film = &film, .sink = caught ? merging_.get() : nullptr, .shared = shared_});
     count = 0;
   };
   for (std::uint32_t py = 0; py < height; ++py) {

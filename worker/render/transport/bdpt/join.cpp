@@ -39,6 +39,7 @@ void Bidirectional::shade_packet(int packet, int depth) {
     return;
   }
   e.find_scattering(scene_);
+  disperse_at(scene_, e.vertex, e.met, e.path);
   e.choice = e.random(dimension::kChoice);
   const Vertex& v = e.vertex;
   if (depth == 0) batch_.record_first_hit(v, e.hit, path.slot, e.met);
@@ -63,7 +64,10 @@ void Bidirectional::queue(const Event& e, WideConnection ray, std::uint32_t salt
     shading_.emplace(stats_.times, Stage::kShading);
   }
   ray.slot = e.path.slot;
-  if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(hash(batch_.key(e.path.slot, shines) ^ salt));
+  if (scene_.volumetric) {
+    ray.key = bit_cast<std::int32_t>(hash(batch_.key(e.path.slot, shines) ^ salt));
+    ray.wavelengths = e.path.wavelengths;
+  }
   joins_.size += append(scene_, ray, shines, joins_, joins_.size);
 }
 
@@ -111,7 +115,13 @@ void Bidirectional::add_to_layers_of_hits(const Event& e, Spectrum light, Spectr
 }
 
 EyeVertex Bidirectional::eye_vertex(const Event& e) const {
-  return {e.vertex, e.weights, e.path.beta, e.depth, lights_.merged_at(e.vertex), spectra_of(scene_, e.path)};
+  return {e.vertex,
+          e.weights,
+          e.path.beta,
+          e.depth,
+          lights_.merged_at(e.vertex),
+          e.path.dispersed,
+          spectra_of(scene_, e.path)};
 }
 
 void Bidirectional::sample_one_light(const Event& e, Mask wanted) {
@@ -135,7 +145,10 @@ void Bidirectional::look_for_shadow(const Event& e, WideConnection ray, Spectrum
   ray.contribution = light;
   ray.slot = e.path.slot;
   ray.layers = shadows_at_light(scene_.layers, state, light_number, shines);
-  if (scene_.volumetric) ray.key = bit_cast<std::int32_t>(batch_.key(e.path.slot, shines));
+  if (scene_.volumetric) {
+    ray.key = bit_cast<std::int32_t>(batch_.key(e.path.slot, shines));
+    ray.wavelengths = e.path.wavelengths;
+  }
   shadow_layers_->add(ray, shines, batch_, e.depth);
 }
 
@@ -177,12 +190,12 @@ void Bidirectional::merge(const Event& e, Mask wanted) {
   const Mask merges = and_not(wanted, e.vertex.in_medium);
   if (none(merges) || !filter_.all()) return;
   if (!tells_layers(scene_)) {
-    const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, merges, nullptr);
+    const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, e.path.dispersed, merges, nullptr);
     batch_.add_radiance(light * e.path.beta, e.path.slot, merges);
     return;
   }
   GatheredLayers layers{scene_, e.path.layer_state, {e.numbers, e.depth, true}, {}};
-  const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, merges, &layers);
+  const Spectrum light = merging_->gather(e.vertex, e.weights, e.depth, e.path.dispersed, merges, &layers);
   batch_.add_radiance(light * e.path.beta, e.path.slot, merges);
   layers.sums.scale(e.path.beta);
   batch_.add_to_layers(layers.sums, e.path.slot, merges);

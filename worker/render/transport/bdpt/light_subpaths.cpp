@@ -27,7 +27,7 @@ TransitNumbers numbers_of(const SampleKeys& keys) { return {keys, dimension::kLi
 void LightSubpaths::trace(const SampleKeys& keys, int count, const LightUses& uses) {
   kept_.clear();
   if (!emits_paths(scene_) || scene_.max_depth == 0) return;
-  start(keys, count, uses.time);
+  start(keys, count, uses.shared);
   for (int event = 0; frontier_.size() > 0; ++event) {
     {
       const StageTimer timer(stats_.times, Stage::kIntersection);
@@ -46,7 +46,7 @@ void LightSubpaths::trace(const SampleKeys& keys, int count, const LightUses& us
   }
 }
 
-void LightSubpaths::start(const SampleKeys& keys, int count, std::optional<float> time) {
+void LightSubpaths::start(const SampleKeys& keys, int count, const PassShare& shared) {
   const StageTimer timer(stats_.times, Stage::kCamera);
   frontier_.clear();
   starts_.clear();
@@ -54,8 +54,7 @@ void LightSubpaths::start(const SampleKeys& keys, int count, std::optional<float
     const Mask active = Mask::first(count - k * kWidth);
     const Int slot = Int::iota(k * kWidth);
     const Sampler numbers = keys.sampler(scene_.sampler.kind, slot, active);
-    LightStart start = start_at_light(scene_, numbers, paths_a_pass_, slot, active);
-    if (time) start.path.time = Float(*time);
+    LightStart start = start_at_light(scene_, numbers, paths_a_pass_, slot, active, shared);
     starts_.add(k, start);
     if (tells_layers(scene_))
       start.path.layer_state = state_at_light(scene_.layers, start.light, start.alive);
@@ -78,11 +77,13 @@ void LightSubpaths::shade(const SampleKeys& keys, int event, const LightUses& us
       frontier_.drop(k);
       continue;
     }
-    const WidePath path = frontier_.path(scene_, entry, active);
+    WidePath path = frontier_.path(scene_, entry, active);
     const Sampler numbers = keys.sampler(scene_.sampler.kind, path.slot, active);
     LightVertex& here = uses.keep ? kept_.add(event, k) : unkept_vertex_;
     meet_surface(scene_, path, found, numbers, first_pair(event), hit, here.vertex);
     here.beta = path.beta;
+    here.wavelengths = path.wavelengths;
+    here.dispersed = path.dispersed;
     here.joinable = joinable(here.vertex, events);
     here.weights = arrive(event, k, path, here.vertex, events);
     if (tells_layers(scene_)) here.layer_state = path.layer_state;
@@ -129,7 +130,7 @@ void LightSubpaths::join_to_sensor(const LightVertex& here, int event, const Sam
     join.layers =
         layers_at_eye(scene_.layers, state, join.seen) & Int(layers_of_strategy(scene_.layers, event + 2, 1));
   }
-  joins_.add(here.vertex, join, key, Wavelengths(), join.seen);
+  joins_.add(here.vertex, join, key, here.wavelengths, join.seen);
 }
 
 void LightSubpaths::go_on(const LightVertex& here, const WidePath& path, const Sampler& numbers, int event,

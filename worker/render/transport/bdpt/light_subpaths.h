@@ -38,7 +38,7 @@ struct LightUses {
   bool keep = false;                // vertices that a subpath from the eye may be joined to
   Film* film = nullptr;             // takes their light, joined to the camera
   LightVertexSink* sink = nullptr;  // takes all vertices that can be joined
-  std::optional<float> time = {};   // the same for all, in scenes with motion; none: each has its own
+  PassShare shared = {};
 };
 
 class LightSubpaths {
@@ -73,7 +73,7 @@ class LightSubpaths {
   float paths_a_pass() const { return paths_a_pass_; }
 
  private:
-  void start(const SampleKeys& keys, int count, std::optional<float> time);
+  void start(const SampleKeys& keys, int count, const PassShare& shared);
   void shade(const SampleKeys& keys, int event, const LightUses& uses);
   PartialWeights arrive(int event, int packet, const WidePath& path, const Vertex& v, Mask hit) const;
   void join_to_sensor(const LightVertex& here, int event, const Sampler& numbers, UInt key,

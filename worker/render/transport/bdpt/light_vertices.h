@@ -16,6 +16,8 @@ namespace tessera::render::TESSERA_ISA {
 struct LightVertex {
   Mask joinable;
   Spectrum beta;  // flux that arrives
+  [[no_unique_address]] Wavelengths wavelengths;
+  Int dispersed;  // PathFields::dispersed
   PartialWeights weights;
   Vertex vertex;    // its wo points back to the light
   Int layer_state;  // before the event that the vertex is; where there are layers

@@ -8,6 +8,7 @@
 #include "render/transport/bdpt/bidirectional.h"
 #include "render/transport/photon_map/photon_steps.h"
 #include "render/transport/photon_map/radius_of_pass.h"
+#include "render/transport/vertex/dispersion.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -47,11 +48,12 @@ void Merging::add(const LightVertex& vertices, int event) {
                .flux = vertices.beta * share,
                .last = vertices.weights.last,
                .rest = vertices.weights.rest,
-               .steps = photon_steps(event, tells_layers(scene_) ? vertices.layer_state : Int(0))},
+               .steps = photon_steps(event, tells_layers(scene_) ? vertices.layer_state : Int(0),
+                                     disperses(scene_) ? vertices.dispersed : Int(0))},
               and_not(vertices.joinable, v.in_medium));
 }
 
-Spectrum Merging::gather(const Vertex& at, const PartialWeights& eye, int depth, Mask active,
+Spectrum Merging::gather(const Vertex& at, const PartialWeights& eye, int depth, Int dispersed, Mask active,
                          GatheredLayers* layers) const {
   Spectrum sum(0.0f);
   const Float inverse_photons(1.0f / photons_a_join());
@@ -63,6 +65,7 @@ Spectrum Merging::gather(const Vertex& at, const PartialWeights& eye, int depth,
     // Flux by area, under the true normal.
     const Float cosine = max(cosine_at(at, photon.direction), 1e-6f);
     Spectrum light = scattered.f_cos * photon.flux * (1.0f / cosine);
+    if (disperses(scene_)) light *= joined_factor(dispersed, dispersed_of(photon.steps));
     const Float back = eval_scattering(scene_, at, photon.direction, at.wo, near, Transport::kImportance).pdf;
     const PartialWeights from_light{photon.last, photon.rest};
     light *= weight_of_way(from_light.ways(inverse_photons, scattered.pdf, Float(0.0f)),

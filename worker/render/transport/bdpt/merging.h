@@ -65,8 +65,9 @@ class Merging final : public LightVertexSink {
   }
 
   /// Weighed reflected light of the photons near the vertices `at`, on surfaces. `eye`: sums there, at event
-  /// `depth`. Adds it to `layers` too, unless that is null.
-  Spectrum gather(const Vertex& at, const PartialWeights& eye, int depth, Mask active,
+  /// `depth`; `dispersed`: of the paths there, PathFields::dispersed. Adds it to `layers` too, unless that is
+  /// null.
+  Spectrum gather(const Vertex& at, const PartialWeights& eye, int depth, Int dispersed, Mask active,
                   GatheredLayers* layers) const;
 
  private:

@@ -4,6 +4,7 @@
 
 #include "render/sensor/sensor.h"
 #include "render/transport/bdpt/light_vertices.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/light_choice.h"
 #include "render/transport/vertex/light_end.h"
 #include "render/transport/vertex/light_start.h"
@@ -16,8 +17,9 @@ struct EyeVertex {
   const Vertex& vertex;
   const PartialWeights& weights;  // once the subpaths have arrived
   Spectrum beta;
-  int depth;     // events before
-  Float merged;  // term of the sums from merging (LightSubpaths::merged_at)
+  int depth;      // events before
+  Float merged;   // term of the sums from merging (LightSubpaths::merged_at)
+  Int dispersed;  // PathFields::dispersed
   [[no_unique_address]] Spectra spectra;
 };
 
@@ -115,6 +117,7 @@ TESSERA_INLINE WayLight light_of(const SceneTables& scene, const EyeVertex& z, c
   const BsdfEval at_light = eval_scattering(scene, x, -w, x.wo, apart);
   way.unweighted =
       z.beta * at_eye.f_cos * y.beta * at_light.f_cos * (adjoint_ratio(x, w) * inverse_square * paths);
+  if (disperses(scene)) way.unweighted *= joined_factor(z.dispersed, y.dispersed);
   way.shines = and_not(apart & is_finite(way.unweighted), is_black(way.unweighted));
   if (none(way.shines)) return way;
 
@@ -149,6 +152,7 @@ TESSERA_INLINE EyeStep step_from_eye(const SceneTables& scene, const EyeVertex& 
   next.origin = next.reference = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
   next.beta = path.beta * bsdf.weight;
+  disperse_along(scene, v, bsdf, next);
   next.roulette_scale = select(bsdf.transmission, path.roulette_scale * sqr(bsdf.eta), path.roulette_scale);
   if (scene.lights.uses_normals) next.normal = receiver_at(scene, v).normal;
   if (scene.volumetric)

@@ -6,7 +6,6 @@
 #include "render/color/spectrum.h"
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
-#include "render/sensor/respond.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -40,6 +39,17 @@ Float step(Float x, Float u, float largest, float log_ratio) {
   y = select(y >= 1.0f, y - 1.0f, y);
   y = select(y < 0.0f, y + 1.0f, y);
   return clamp(y, 0.0f, kBelowOne);
+}
+
+/// Chains go where light is bright: by its luminance, or, where lanes are wavelengths that are sampled as the
+/// sensor sees them, by their mean. Light of any colour has some, so that nothing is found too seldom.
+template <int N>
+Float brightness_of(Components<N> light) {
+  if constexpr (N == kBands) {
+    return luminance(light);
+  } else {
+    return light.mean();
+  }
 }
 
 }  // namespace
@@ -284,7 +294,10 @@ void Chains::make() {
     load_lanes(batch_.light, slot, light);
     Mask lit = Mask::all();
     for (int c = 0; c < kSpectrumLanes; ++c) lit &= is_summable(light.c[c]);
-    select_or_zero(lit, max(luminance(light), 0.0f)).store(brightness_ + slot);
+    select_or_zero(lit, max(brightness_of(light), 0.0f)).store(brightness_ + slot);
+    const Channels channels = space_.channels(batch_, slot / kWidth);
+    for (int channel = 0; channel < kResponseChannels; ++channel)
+      channels.of(channel, [&](int lane) { return light.c[lane]; }).store(channels_[channel] + slot);
   }
 }
 
@@ -292,7 +305,7 @@ Chains::Path Chains::made(int slot, const Path& asked) const {
   Path path = asked;
   path.x = batch_.film_x[slot];
   path.y = batch_.film_y[slot];
-  for (int c = 0; c < kSpectrumLanes; ++c) path.light[c] = batch_.light.c[c][slot];
+  for (int c = 0; c < kResponseChannels; ++c) path.light[c] = channels_[c][slot];
   path.brightness = brightness_[slot];
   return path;
 }
@@ -349,7 +362,7 @@ void Chains::splat(const Path& path, float weight) {
   const float scale = weight * scale_ / path.brightness;
   Splat splat{path.x, path.y, {}};
   for (int channel = 0; channel < kResponseChannels; ++channel)
-    splat.value[channel] = Channels().of(channel, [&](int lane) { return path.light[lane] * scale; });
+    splat.value[channel] = path.light[channel] * scale;
   splats_.push_back(splat);
 }
 

@@ -64,7 +64,7 @@ class Chains {
     float way;             // coordinate that from_light follows from
     std::uint32_t number;  // its number among the random numbers of family_key_
     float x, y;
-    float light[kSpectrumLanes];
+    float light[kResponseChannels];
     float brightness;
   };
   struct Chain : Path {
@@ -109,7 +109,8 @@ class Chains {
   alignas(64) std::int32_t order_[kChains];
   std::vector<int> first_of_way_;
   PathBatch batch_{};
-  alignas(64) float brightness_[kSubpaths];
+  // Channels and brightness of the batch's light
+  alignas(64) float channels_[kResponseChannels][kSubpaths], brightness_[kSubpaths];
   std::vector<Splat> splats_;
 };
 

@@ -21,7 +21,7 @@ struct PathMaker::Event : NumberedEncounter<PrimaryNumbers> {
         weights(sums),
         spectra(spectra_of(scene, paths)) {}
 
-  EyeVertex end() const { return {vertex, weights, path.beta, depth, Float(0.0f), spectra}; }
+  EyeVertex end() const { return {vertex, weights, path.beta, depth, Float(0.0f), path.dispersed, spectra}; }
 };
 
 void PathMaker::trace_eye(PathBatch& batch) {
@@ -57,10 +57,12 @@ void PathMaker::start_at_eye(PathBatch& batch) {
     const WidePath path{.origin = ray.origin,
                         .direction = ray.direction,
                         .beta = Spectrum(ray.weight),
+                        .wavelengths = wavelengths_of(numbers),
                         .pdf = Float(0.0f),
                         .roulette_scale = Float(1.0f),
                         .slot = Int::iota(first),
                         .normal = zero,
+                        .dispersed = Int(0),
                         .time = time,
                         .reference = ray.origin,
                         .medium = Int(scene_.sensor.medium),
@@ -105,6 +107,7 @@ void PathMaker::shade_eye(PathBatch& batch, int depth) {
     }
     e.choice = e.random(dimension::kChoice);
     e.find_scattering(scene_);
+    disperse_at(scene_, v, e.met, e.path);
     e.weights = arrive_at(scene_, v, depth, e.reference.p, e.numbers.get_2d(dimension::kLens), film_area_,
                           e.weights, scattered);
     if (const Mask joined = joinable(v, scattered & ends); any(joined)) {
@@ -162,6 +165,7 @@ void PathMaker::join(PathBatch& batch, const Event& e, const LightVertex& y, int
 void PathMaker::queue(const PathBatch& batch, const Event& e, WayLight way, std::uint32_t salt) {
   if (none(way.shines)) return;
   way.ray.contribution = way.unweighted * (way.weight * scale_of(batch, e.packet, true));
+  if (scene_.volumetric) way.ray.wavelengths = e.path.wavelengths;
   queue(batch, way.ray, e.path.slot, salt, and_not(way.shines, is_black(way.ray.contribution)));
 }
 

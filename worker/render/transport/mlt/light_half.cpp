@@ -60,13 +60,15 @@ void PathMaker::shade_light(PathBatch& batch, int event) {
       frontier_.drop(k);
       continue;
     }
-    const WidePath path = frontier_.path(scene_, entry, active);
+    WidePath path = frontier_.path(scene_, entry, active);
     const PrimaryNumbers numbers(batch, k);
     const Mask ends = events & (batch.ways_from_light(k) == event + 2),
                at_sensor = ends & (batch.ways_from_eye(k) == 1), kept = and_not(ends, at_sensor);
     LightVertex& here = any(kept) ? kept_.add(event, k) : unkept_vertex_;
     meet_surface(scene_, path, found, numbers, first_light_pair(event), hit, here.vertex);
     here.beta = path.beta;
+    here.wavelengths = path.wavelengths;
+    here.dispersed = path.dispersed;
     here.joinable = joinable(here.vertex, ends);
     here.weights = arrive_from_light(event, k, path, here.vertex, events);
     if (const Mask wanted = at_sensor & here.joinable; any(wanted))
@@ -100,7 +102,8 @@ void PathMaker::join_to_sensor(PathBatch& batch, const LightVertex& here, int ev
   const Float weight = weight_of_way(here.weights.ways(density, join.back.pdf, Float(0.0f)), Float(0.0f));
   join.value *= weight * scale_of(batch, packet, false);
   Mask shines = join.seen;
-  const WideConnection ray = ray_of(scene_, here.vertex, join, shines);
+  WideConnection ray = ray_of(scene_, here.vertex, join, shines);
+  if (scene_.volumetric) ray.wavelengths = here.wavelengths;
   const int first = packet * kWidth;
   select(shines, join.eye.raster.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
   select(shines, join.eye.raster.y, Float::load(batch.film_y + first)).store(batch.film_y + first);

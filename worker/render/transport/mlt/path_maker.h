@@ -23,12 +23,21 @@ class PathMaker final : public PathSpace {
   explicit PathMaker(const IntegratorContext& context);
 
   void make(PathBatch& batch) override;
+  Channels channels(const PathBatch& batch, int packet) const override {
+    return channels_of_light(scene_.sensor.response, wavelengths_of(PrimaryNumbers(batch, packet)));
+  }
   int ways(int events) const override { return events + (connects_ ? 2 : 1); }
   int max_events() const override { return scene_.max_depth; }
   bool asks_for(int place_of_event) const override;
 
  private:
   struct Event;
+
+  /// Both subpaths have them.
+  Wavelengths wavelengths_of(const PrimaryNumbers& numbers) const {
+    return sample_wavelengths(scene_.sensor.response.sensitivity,
+                              [&] { return numbers.get_2d(dimension::kTime).y; });
+  }
 
   // The light's half: subpaths of from_light - 1 events.
   void trace_light(PathBatch& batch);

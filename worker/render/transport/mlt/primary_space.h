@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "render/sampling/sampler.h"
+#include "render/sensor/respond.h"
 #include "render/transport/bdpt/frontier.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/lanes.h"
@@ -104,6 +105,8 @@ class PathSpace {
   virtual ~PathSpace() = default;
   /// Fills film_x, film_y and light of the batch's paths.
   virtual void make(PathBatch& batch) = 0;
+  /// The channels of the light of 16 of the batch's paths.
+  virtual Channels channels(const PathBatch& batch, int packet) const = 0;
   /// Ways to make paths of so many events: as many vertices from the light, from 0 on.
   virtual int ways(int events) const = 0;
   /// Most events.

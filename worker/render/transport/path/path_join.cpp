@@ -4,6 +4,7 @@
 #include "render/integrator/stage_timer.h"
 #include "render/transport/path/packing.h"
 #include "render/transport/path/path_reuse.h"
+#include "render/transport/vertex/dispersion.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -104,11 +105,13 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
   const Int slot = firsts.slot, group = group_of(slot), event = gather(first_event_, slot);
   const Vertex v = vertex_at(0, firsts);
   const Int steered = steering_ != nullptr ? gather(steered_, slot, firsts.lanes) : Int(0);
+  const Int alone = disperses(scene_) ? gather(dispersed_, slot, firsts.lanes) : Int(0);
   // One second surface of each group after the other: rays to one point are followed together.
   for (int member = 0; member < group_; ++member) {
     const Int partner = group + Int(member);
     // Paths of one length in front: all have the same number of events to go.
     Mask lanes = firsts.lanes & (gather(shared_, partner) != 0) & (gather(first_event_, partner) == event);
+    if (disperses(scene_)) lanes &= gather(dispersed_, partner, lanes) == alone;
     Float pdf(0.0f);
     Spectrum weight(0.0f);
     if (any(lanes)) {
@@ -119,6 +122,7 @@ void PathReuse::join(int place, const Packet& firsts, ConnectionQueue& queue) {
       lanes &= (to.squared > 0.0f) & (cosine > 0.0f) & (dot(ns, to.w) < 0.0f);
       BsdfEval bsdf = eval_scattering(scene_, v, to.w, lanes);
       if (steering_ != nullptr) bsdf.pdf = steering_->pdf(steered, to.w, bsdf.pdf, lanes);
+      if (disperses(scene_)) bsdf.f_cos = first_alone(alone != 0, bsdf.f_cos);
       // Where nothing is scattered, paths end.
       lanes = and_not(lanes & (bsdf.pdf > 0.0f), is_black(bsdf.f_cos));
       const Float by_area = cosine / select(lanes, to.squared, 1.0f);

@@ -5,6 +5,7 @@
 
 #include "render/light/area/interpolated_normal.h"
 #include "render/light/light_access.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/roulette.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -14,9 +15,10 @@ namespace {
 /// In first_event_: no surface yet that can be joined to others.
 constexpr std::int32_t kNone = -3;
 
-/// Lanes whose vertex is one that neighbours can be joined to: the density of what is found from it is known.
-TESSERA_INLINE Mask shareable(const Vertex& v, Mask lanes) {
-  const Mask joined = joinable(v, lanes);
+/// Lanes whose vertex is one that neighbours can be joined to: the density of what is found from it is known,
+/// and it leaves a path its wavelengths.
+TESSERA_INLINE Mask shareable(const SceneTables& scene, const Vertex& v, Mask lanes) {
+  const Mask joined = and_not(joinable(v, lanes), disperses_roughly(scene, v, lanes));
   return and_not(joined, estimates_density(v.at, joined));
 }
 
@@ -63,13 +65,14 @@ void PathReuse::met(Encounter& e) {
 }
 
 void PathReuse::at_first(const Encounter& e, Mask lanes) {
-  const Mask joined = shareable(e.vertex, lanes);
+  const Mask joined = shareable(scene_, e.vertex, lanes);
   if (any(and_not(lanes, joined))) last_mirror_ = e.depth;
   if (none(joined)) return;
   last_first_ = e.depth;
   const Int slot = e.path.slot;
   scatter(Int(e.depth), first_event_, slot, joined);
   scatter_lanes(e.vertex.surface.p, first_, slot, joined);
+  if (disperses(scene_)) scatter(e.path.dispersed, dispersed_, slot, joined);
   if (steering_ != nullptr) scatter(e.steered, steered_, slot, joined);
   if (e.depth == 0) {  // begun() has the rest
     if (scene_.any_mix) scatter(e.roulette.y, mix_[0], slot, joined);
@@ -97,10 +100,11 @@ void PathReuse::set_apart(Int slot, Mask lanes) {
 namespace {
 
 /// The path begins anew: what it finds is to be weighted later. Roulette knows what it has lost so far.
-TESSERA_INLINE void begin_anew(float caution, WidePath& path, Mask lanes) {
-  const Float left = path.beta.max_component() * caution;
+TESSERA_INLINE void begin_anew(const SceneTables& scene, WidePath& path, Mask lanes) {
+  const Float left = path.beta.max_component() * scene.shared_caution;
   path.roulette_scale = select(lanes, path.roulette_scale * left, path.roulette_scale);
   path.beta = select(lanes, Spectrum(1.0f), path.beta);
+  if (disperses(scene)) path.beta = first_alone(lanes & (path.dispersed != 0), path.beta);
 }
 
 }  // namespace
@@ -108,7 +112,7 @@ TESSERA_INLINE void begin_anew(float caution, WidePath& path, Mask lanes) {
 void PathReuse::at_second(Encounter& e, Mask lanes) {
   const Vertex& v = e.vertex;
   WidePath& path = e.path;
-  const Mask found = shareable(v, lanes) & (path.pdf > 0.0f);
+  const Mask found = shareable(scene_, v, lanes) & (path.pdf > 0.0f);
   const Mask lambertian =
       reflects_only(v.at) & ((v.at.traits & kLambertian) != 0) & ((v.at.flags & kHasBump) == 0);
   const Mask even = found & lambertian;
@@ -125,7 +129,7 @@ void PathReuse::at_second(Encounter& e, Mask lanes) {
   if (none(bright)) return;
   any_shared_ = true;
   set_apart(path.slot, bright);
-  begin_anew(scene_.shared_caution, path, bright);
+  begin_anew(scene_, path, bright);
 }
 
 void PathReuse::at_third(Encounter& e, Mask lanes) {
@@ -140,7 +144,7 @@ void PathReuse::at_third(Encounter& e, Mask lanes) {
   scatter(shared | Int(kBeyond), shared_, path.slot, taken);
   scatter_lanes(path.direction, on_, path.slot, taken);
   set_apart(path.slot, taken);
-  begin_anew(scene_.shared_caution, path, taken);
+  begin_anew(scene_, path, taken);
 }
 
 /// Shared light is neither scattered at the second surface nor weighed.

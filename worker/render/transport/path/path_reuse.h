@@ -5,6 +5,10 @@
 // as unbiased as it would be alone, and no pair of surfaces weighs more than what one of them would find
 // by itself.
 //
+// Where an index of refraction varies with the wavelength, only paths are joined to one another that have the
+// same wavelengths left at their first surfaces: a group's are the same, and so is the first of them. Rough
+// glass that disperses is like a mirror, and what follows the second surface may end the others as it likes.
+//
 // A second surface that scatters evenly shares all that its path finds from there on. Another one shares the
 // light of its sample of a light, what its path meets next and emits, and what is sent back there: its BSDF
 // is evaluated towards each neighbour, and the heuristic goes over the direction as well. A lamp or the sky
@@ -28,8 +32,8 @@ namespace tessera::render::TESSERA_ISA {
 class PathReuse final : public PathObserver {
  public:
   /// `group` neighbours share: samples of a batch from 0 on, 2, 4, 8 or 16, of one time where things move.
-  /// Not for scenes with media, layers of light, or sheets that tint what they let straight through. `room`
-  /// is for hits once paths have ended. `steering` may be null.
+  /// Not for scenes with media, layers of light, or sheets that tint, or disperse, what they let straight
+  /// through. `room` is for hits once paths have ended. `steering` may be null.
   PathReuse(const IntegratorContext& context, SampleBatch& batch, int group, const Steering* steering,
             Transit& transit, HitState& room);
 
@@ -122,8 +126,9 @@ class PathReuse final : public PathObserver {
   alignas(64) Lanes<std::int32_t> first_event_;
   Vec3Lanes origin_[2], direction_[2];
   HitState hits_[2];
-  Lanes<float> mix_[2];   // scenes with mixed materials only
-  Lanes<float> time_;     // scenes with motion only
+  Lanes<float> mix_[2];                        // scenes with mixed materials only
+  Lanes<float> time_;                          // scenes with motion only
+  alignas(64) Lanes<std::int32_t> dispersed_;  // PathFields::dispersed at first surfaces
   SpectrumLanes before_;  // throughput up to the first surface, where it is not the path's first event
   Vec3Lanes first_;       // points of first surfaces
   alignas(64) Lanes<std::int32_t> steered_;  // Encounter::steered of first surfaces

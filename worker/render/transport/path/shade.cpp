@@ -1,6 +1,7 @@
 // One scattering event of 16 paths: what the ray met, what shines on it, where the path goes on.
 #include "render/transport/path/packing.h"
 #include "render/transport/path/wavefront.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/light_choice.h"
 #include "render/transport/vertex/met_light.h"
 #include "render/transport/vertex/roulette.h"
@@ -50,6 +51,7 @@ void Wavefront::shade(int depth) {
     shading_timer_.lap(ShadingPart::kMaterials);
     e.settled = Mask::none();
     for (PathObserver* observer : observers_) observer->met(e);
+    disperse_at(scene_, e.vertex, e.met, e.path);
     sample_one_light(e);
     shading_timer_.lap(ShadingPart::kPaths);
     scatter_path(e, kept);
@@ -117,6 +119,8 @@ void Wavefront::scatter_path(const Encounter& e, int& kept) {
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight;
   next.wavelengths = e.path.wavelengths;
+  next.dispersed = e.path.dispersed;
+  disperse_along(scene_, v, bsdf, next);
   next.pdf = select(bsdf.specular, Float(0.0f), bsdf.pdf);
   next.roulette_scale =
       select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);

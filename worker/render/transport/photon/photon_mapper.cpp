@@ -8,11 +8,12 @@
 #include "render/transport/photon/radius.h"
 #include "render/transport/photon_map/photon_steps.h"
 #include "render/transport/photon_map/radius_of_pass.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/focused.h"
 #include "render/transport/vertex/layers.h"
 #include "render/transport/vertex/light_choice.h"
 #include "render/transport/vertex/met_light.h"
-#include "render/transport/vertex/pass_time.h"
+#include "render/transport/vertex/pass_share.h"
 #include "render/transport/vertex/roulette.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -60,8 +61,8 @@ bool PhotonMapper::render(SampleSource& work, Film& film, std::stop_token stop) 
     mapped_ = map;
   }
   // One map for all passes is that of a scene that stands still: the camera may move.
-  const std::optional<float> time = time_of_pass(scene_, seed_, work.pass());
-  while (batch_.start(work, paths_, kBatch, time)) {
+  const PassShare shared = share_of_pass(scene_, seed_, work.pass());
+  while (batch_.start(work, paths_, kBatch, shared)) {
     if (stop.stop_requested()) return false;
     alive_ = batch_.size();
     for (int depth = 0; alive_ > 0; ++depth) advance(depth);
@@ -78,10 +79,10 @@ bool PhotonMapper::trace_photons(std::uint32_t pass, std::stop_token stop) {
   photons_named_ = 0;
   halvings_ = 0;
   if (!emits_paths(scene_)) return true;
-  const std::optional<float> time = time_of_pass(scene_, seed_, pass);
+  const PassShare shared = share_of_pass(scene_, seed_, pass);
   for (std::int32_t first = 0; first < photons_; first += kBatch) {
     if (stop.stop_requested()) return false;
-    light_paths_.start(first, std::min<std::int32_t>(kBatch, photons_ - first), pass, time);
+    light_paths_.start(first, std::min<std::int32_t>(kBatch, photons_ - first), pass, shared);
     for (int depth = 0; light_paths_.alive(); ++depth) {
       light_paths_.advance(depth, [&](const LightEvent& e, Mask hit) { keep_photons(e, hit, depth); });
     }
@@ -109,7 +110,8 @@ void PhotonMapper::keep_photons(const LightEvent& e, Mask hit, int depth) {
       .direction = e.vertex.wo,
       .way = length(e.path.origin - e.vertex.surface.p),
       .flux = e.path.beta,
-      .steps = photon_steps(depth, tells_layers(scene_) ? e.path.layer_state : Int(0)),
+      .steps = photon_steps(depth, tells_layers(scene_) ? e.path.layer_state : Int(0),
+                            disperses(scene_) ? e.path.dispersed : Int(0)),
       .alone = select(e.path.pdf == kMirrored, Int(1), Int(0))};
   const Mask caustic = depth > 0 ? kept & (e.path.pdf != kScattered) : Mask::none();
   caustics_.map.append(photons, caustic);
@@ -132,6 +134,7 @@ void PhotonMapper::advance(int depth) {
       add_emission(e);
       if (none(e.met) || (depth == scene_.max_depth && depth > 0)) continue;
       e.find_scattering(scene_);
+      disperse_at(scene_, e.vertex, e.met, e.path);
       const Vertex& v = e.vertex;
       if (depth == 0) batch_.record_first_hit(v, e.hit, e.path.slot, e.met);
       if (depth == scene_.max_depth) continue;
@@ -196,16 +199,17 @@ void PhotonMapper::gather(const Kind& kind, const Encounter& e, Mask wanted) {
   // light, is seen on its way: in the mean, what counts is the light of those that are.
   DrawnPhoton drawn{.random =
                         hash(bit_cast<std::uint32_t>(e.random(dimension::kLightPoint).x), UInt(kind.salt))};
+  const Int* const dispersed = disperses(scene_) ? &e.path.dispersed : nullptr;
   if (!tells_layers(scene_)) {
     const Spectrum radiance =
-        radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, nullptr, drawn);
+        radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, dispersed, wanted, nullptr, drawn);
     const Mask seen = sees(e, drawn, kind.radius, and_not(wanted, is_black(radiance)));
     batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, seen);
     return;
   }
   GatheredLayers layers{scene_, e.path.layer_state, {e.numbers, e.depth, true}, {}};
   const Spectrum radiance =
-      radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, wanted, &layers, drawn);
+      radiance_estimate(kind.map, e.vertex, kind.radius, depth_end, dispersed, wanted, &layers, drawn);
   const Mask seen = sees(e, drawn, kind.radius, and_not(wanted, is_black(radiance)));
   batch_.add_radiance(radiance * e.path.beta * scale, e.path.slot, seen);
   layers.sums.scale(e.path.beta * scale);
@@ -253,6 +257,9 @@ void PhotonMapper::follow(const Encounter& e, int& kept) {
   next.origin = offset_origin(v.surface, bsdf.wi);
   next.direction = bsdf.wi;
   next.beta = e.path.beta * bsdf.weight;
+  next.wavelengths = e.path.wavelengths;
+  next.dispersed = e.path.dispersed;
+  disperse_along(scene_, v, bsdf, next);
   next.pdf = select(bsdf.specular, Float(0.0f), bsdf.pdf);
   next.roulette_scale =
       select(bsdf.transmission, e.path.roulette_scale * sqr(bsdf.eta), e.path.roulette_scale);

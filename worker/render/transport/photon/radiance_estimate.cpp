@@ -6,6 +6,7 @@
 #include "render/integrator/fireflies.h"
 #include "render/sampling/hash.h"
 #include "render/transport/photon_map/photon_steps.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/focused.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -78,12 +79,14 @@ class Draw {
 
 /// Sums of the flux near points whose BSDF is a constant, by one point after the other; also by layers,
 /// unless these are null.
-Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int depth_end, Mask active,
-                   GatheredLayers* layers, DrawnPhoton& drawn) {
+Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int depth_end,
+                   const Int* dispersed, Mask active, GatheredLayers* layers, DrawnPhoton& drawn) {
   const PointLanes p(v.surface.p), ng(v.surface.ng), ns(face_forward(v.at.frame.z, v.wo));
   alignas(64) float sums[kSpectrumLanes][kWidth] = {};
   alignas(64) std::int32_t states[kWidth];
   alignas(64) std::int32_t random[kWidth];
+  alignas(64) std::int32_t dispersed_lanes[kWidth] = {};
+  if (dispersed != nullptr) dispersed->store(dispersed_lanes);
   bit_cast<std::int32_t>(drawn.random).store(random);
   if (layers != nullptr) layers->state_after_diffuse_reflection(v, active).store(states);
   for (std::uint32_t left = active.bits(); left != 0; left &= left - 1) {
@@ -98,7 +101,9 @@ Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int
       const Float cosine = dot(photons.direction, shading);
       const Mask counts = near & (cosine > 0.0f) & has_fewer_events(photons.steps, depth_end) &
                           (abs(dot(photons.position - place, geometric)) <= thick);
-      const Spectrum flux = photons.flux * (cosine * inverse_cosine(photons.direction, geometric));
+      Spectrum flux = photons.flux * (cosine * inverse_cosine(photons.direction, geometric));
+      if (dispersed != nullptr)
+        flux *= joined_factor(Int(dispersed_lanes[lane]), dispersed_of(photons.steps));
       sum += select_or_zero(counts, flux);
       draw.offer(photons, flux.mean(), counts);
       if (layers == nullptr) return;
@@ -122,8 +127,8 @@ Spectrum flux_near(const RadianceMap& map, const Vertex& v, Float thickness, int
 
 }  // namespace
 
-Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end, Mask active,
-                           GatheredLayers* layers, DrawnPhoton& drawn) {
+Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end,
+                           const Int* dispersed, Mask active, GatheredLayers* layers, DrawnPhoton& drawn) {
   const float thickness = kThickness * radius, area = kPi * radius * radius;
   const Mask even =
       active & ((v.at.traits & kLambertian) != 0) & ((v.at.flags & (kMixed | kBendsSoftly)) == 0);
@@ -131,7 +136,8 @@ Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius
   if (any(even)) {
     // Towards the normal the cosine is 1.
     const Spectrum f = eval_bsdf(v.at, v.wo, face_forward(v.at.frame.z, v.wo), even).f_cos;
-    radiance = select_or_zero(even, f * flux_near(map, v, thickness, depth_end, even, layers, drawn));
+    radiance =
+        select_or_zero(even, f * flux_near(map, v, thickness, depth_end, dispersed, even, layers, drawn));
     if (layers != nullptr) layers->sums.scale(f);
   }
   if (const Mask others = and_not(active, even); any(others)) {
@@ -143,7 +149,8 @@ Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius
       const BsdfEval bsdf = eval_bsdf(v.at, v.wo, photons.direction, close);
       const Mask left_to_others = is_focused(bsdf.pdf) & (photons.alone == 0);
       const Mask counts = and_not(close, left_to_others);
-      const Spectrum light = photons.flux * bsdf.f_cos * inverse_cosine(photons.direction, v.surface.ng);
+      Spectrum light = photons.flux * bsdf.f_cos * inverse_cosine(photons.direction, v.surface.ng);
+      if (dispersed != nullptr) light *= joined_factor(*dispersed, dispersed_of(photons.steps));
       radiance += select_or_zero(counts, light);
       draw.offer(photons, light.mean(), counts);
       if (layers != nullptr) layers->add(v, light, photons.direction, layer_state_of(photons.steps), counts);

@@ -21,7 +21,8 @@ struct DrawnPhoton {
 
 /// The radiance that leaves the vertices along wo, of all photons within `radius`, for which the map was
 /// built, that were scattered less than `depth_end` times. Adds it to `layers` too, unless that is null.
-Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end, Mask active,
-                           GatheredLayers* layers, DrawnPhoton& drawn);
+/// `dispersed`: of the paths there, PathFields::dispersed, null in scenes without dispersion.
+Spectrum radiance_estimate(const RadianceMap& map, const Vertex& v, float radius, int depth_end,
+                           const Int* dispersed, Mask active, GatheredLayers* layers, DrawnPhoton& drawn);
 
 }  // namespace tessera::render::TESSERA_ISA

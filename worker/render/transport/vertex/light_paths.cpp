@@ -1,5 +1,6 @@
 #include "render/transport/vertex/light_paths.h"
 
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/focused.h"
 #include "render/transport/vertex/layers.h"
 #include "render/transport/vertex/light_end.h"
@@ -7,8 +8,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-void LightPaths::start(std::int32_t first, std::int32_t count, std::uint32_t pass,
-                       std::optional<float> time) {
+void LightPaths::start(std::int32_t first, std::int32_t count, std::uint32_t pass, const PassShare& shared) {
   const StageTimer timer(stats_.times, Stage::kCamera);
   alive_ = 0;
   const UInt reversed = reverse_bits(UInt(pass));
@@ -20,8 +20,7 @@ void LightPaths::start(std::int32_t first, std::int32_t count, std::uint32_t pas
     hash.store(keys_.pixel_hash + slot);
     reversed.store(keys_.reversed_sample + slot);
     const Sampler sampler(scene_.sampler.kind, hash, reversed);
-    LightStart start = start_at_light(scene_, sampler, paths_of_pass_, Int::iota(slot), active);
-    if (time) start.path.time = Float(*time);
+    LightStart start = start_at_light(scene_, sampler, paths_of_pass_, Int::iota(slot), active, shared);
     start.path.pdf =
         select(delta_lights(scene_.lights, start.light, start.alive), Float(kMirrored), Float(kBundled));
     if (tells_layers(scene_))
@@ -50,6 +49,7 @@ int LightPaths::scatter(const LightEvent& e, Mask hit, int kept) {
   const Mask bundled = is_focused(bsdf.pdf) & (e.path.pdf != kScattered);
   next.pdf = select(bsdf.specular, e.path.pdf, select(bundled, Float(kBundled), Float(kScattered)));
   next.beta = e.path.beta * bsdf.weight * normals;
+  disperse_along(scene_, v, bsdf, next);
   Mask alive = and_not(hit & bsdf.valid & is_finite(next.beta), is_black(next.beta));
   if (tells_layers(scene_)) {
     next.layer_state = light_state_after(scene_, v, e.path.layer_state, bsdf.wi, v.wo, bsdf.specular,

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 
 #include "render/integrator/integrator.h"
 #include "render/integrator/stage_timer.h"
@@ -46,10 +45,8 @@ class LightPaths {
         stats_(context.stats),
         paths_of_pass_(paths) {}
 
-  /// Starts paths first .. first + count - 1 of a pass, kBatch of them at most, in slots 0 .. count - 1; at
-  /// one time, in scenes with motion, or each at its own.
-  void start(std::int32_t first, std::int32_t count, std::uint32_t pass,
-             std::optional<float> time = std::nullopt);
+  /// Starts paths first .. first + count - 1 of a pass, kBatch of them at most, in slots 0 .. count - 1.
+  void start(std::int32_t first, std::int32_t count, std::uint32_t pass, const PassShare& shared = {});
   /// Some path is still on its way.
   bool alive() const { return alive_ > 0; }
 
@@ -67,7 +64,7 @@ class LightPaths {
       if (none(hit)) continue;
       const WidePath path = load(scene_, paths_, i);
       LightEvent e(path, keys_.sampler(scene_.sampler.kind, path.slot, active), depth);
-      meet_surface(scene_, path, found, e.sampler, e.first_pair, hit, e.vertex);
+      meet_surface(scene_, e.path, found, e.sampler, e.first_pair, hit, e.vertex);
       meet(e, hit);
       if (depth + 1 < scene_.max_depth) kept = scatter(e, hit, kept);
     }

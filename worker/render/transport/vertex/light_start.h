@@ -5,7 +5,9 @@
 #include "render/light/emission.h"
 #include "render/sampling/discrete.h"
 #include "render/transport/vertex/dimensions.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/light_spectrum.h"
+#include "render/transport/vertex/pass_share.h"
 #include "render/transport/vertex/vertex.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -25,10 +27,10 @@ struct LightStart {
 };
 
 /// One of `paths` paths that stand for all light of the scene. `Numbers` gives pairs of numbers by their
-/// dimensions, as Sampler does.
+/// dimensions, as Sampler does, but for what a pass shares.
 template <class Numbers>
 TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers& numbers, float paths,
-                                         Int slot, Mask active) {
+                                         Int slot, Mask active, const PassShare& shared = {}) {
   const DiscreteSample choice =
       sample_discrete(scene.lights.selection, numbers.get_2d(dimension::kEmitter).x, active);
   LightStart start;
@@ -42,20 +44,21 @@ TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers
   path = WidePath{};
   path.origin = start.ray.origin + start.ray.offset;
   path.direction = start.ray.direction;
-  path.wavelengths = sample_wavelengths(scene.sensor.response.sensitivity,
-                                        [&] { return numbers.get_2d(dimension::kTime).y; });
+  path.wavelengths = wavelengths_of(scene, numbers, shared);
   path.beta = spectrum_of_light(scene, spectra_of(scene, path), start.light, start.ray.flux, active) * scale;
+  path.dispersed = Int(0);
   path.roulette_scale = 1.0f / max(path.beta.max_component(), 1e-30f);
   path.slot = slot;
-  if (scene.any_motion) path.time = numbers.get_2d(dimension::kTime).x;
+  if (scene.any_motion) path.time = shared.time ? Float(*shared.time) : numbers.get_2d(dimension::kTime).x;
   return start;
 }
 
 /// Makes `v` the vertex where paths from lights are scattered, at surfaces in the lanes `hit` and by media in
-/// others; its wo points back along them. `first_pair` is the first of this event's dimensions.
+/// others; its wo points back along them. `first_pair` is the first of this event's dimensions. Paths end
+/// wavelengths there (dispersion.h).
 template <class Numbers>
-TESSERA_INLINE void meet_surface(const SceneTables& scene, const WidePath& path, Hit found,
-                                 const Numbers& numbers, int first_pair, Mask hit, Vertex& v) {
+TESSERA_INLINE void meet_surface(const SceneTables& scene, WidePath& path, Hit found, const Numbers& numbers,
+                                 int first_pair, Mask hit, Vertex& v) {
   if (scene.any_motion) found.time = path.time;
   v.wo = -path.direction;
   v.time = found.time;
@@ -71,6 +74,7 @@ TESSERA_INLINE void meet_surface(const SceneTables& scene, const WidePath& path,
     if (const Mask partly = partly_open(v, hit); any(partly))
       open_surface(scene, numbers.get_2d(first_pair + dimension::kLobe).y, partly, v);
   }
+  disperse_at(scene, v, hit, path);
 }
 
 /// Cosines with shading and geometric normal do not cancel as they do on a path from the eye: the factor of

@@ -1,5 +1,6 @@
 #include "render/transport/vertex/light_step.h"
 
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/light_start.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -21,6 +22,7 @@ LightStep step_from_light(const SceneTables& scene, const Vertex& v, const WideP
   if (scene.volumetric)
     next.medium = medium_behind(scene.shapes, v.surface, bsdf.wi, v.medium, and_not(hit, v.in_medium));
   next.beta = path.beta * select(and_not(spread, estimates_density(v.at, spread)), exact, sampled);
+  disperse_along(scene, v, bsdf, next);
   step.pdf = bsdf.pdf;
   step.back_pdf = back.pdf;
   step.specular = bsdf.specular;

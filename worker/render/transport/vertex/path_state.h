@@ -10,6 +10,9 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// Whether paths may end all of their wavelengths but the first (dispersion.h).
+TESSERA_INLINE bool disperses(const SceneTables& scene) { return kSpectral && scene.any_dispersion; }
+
 /// One entry a path that is still alive, in no order that matters: `slot` says which sample it belongs to.
 template <class Form>
 struct alignas(64) PathFields {
@@ -24,6 +27,7 @@ struct alignas(64) PathFields {
   typename Form::Integer slot;
   // Where the path was last scattered, as in Receiver; with LightTable::uses_normals only.
   typename Form::Vector normal;
+  typename Form::Integer dispersed;  // scenes with dispersion only: 1 once the first wavelength alone is left
   typename Form::Scalar time;  // scenes with motion only: 0 (the shutter opens) to 1, the same along a path
   // Volumetric scenes only
   // Where the path was last scattered; `origin` is where it last crossed something.
@@ -42,6 +46,7 @@ struct alignas(64) PathFields {
     f(paths.roulette_scale...);
     f(paths.slot...);
     if (scene.lights.uses_normals) f(paths.normal...);
+    if (disperses(scene)) f(paths.dispersed...);
     if (scene.any_motion) f(paths.time...);
     if (scene.volumetric) {
       f(paths.reference...);

@@ -42,7 +42,7 @@ Wide<T> of_first_in_group(Wide<T> each, int group) {
 
 }  // namespace
 
-bool SampleBatch::start(SampleSource& source, PathState& paths, int most, std::optional<float> shared_time) {
+bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const PassShare& shared) {
   name_next(source, most);
   const CommonPlaces* const common = source.places();
   const StageTimer timer(stats_.times, Stage::kCamera);
@@ -76,11 +76,12 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, std::o
     if (has_lens(scene_.sensor)) lens = sampler.get_2d(dimension::kLens);
     if (scene_.any_motion)
       // Neighbours share light of one time.
-      time = shared_time ? Float(*shared_time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
+      time = shared.time ? Float(*shared.time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
     const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
     const Wavelengths wavelengths = sample_wavelengths(
         scene_.sensor.response.sensitivity, [&] {  // Neighbours share light of the same ones.
-          return of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
+          return shared.wavelength ? Float(*shared.wavelength)
+                                   : of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
         });
 
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
@@ -92,6 +93,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, std::o
                         .roulette_scale = Float(1.0f),
                         .slot = Int::iota(slot),
                         .normal = zero,
+                        .dispersed = Int(0),
                         .time = time,
                         .reference = ray.origin,
                         .medium = Int(scene_.sensor.medium),

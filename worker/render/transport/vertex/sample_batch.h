@@ -13,6 +13,7 @@
 #include "render/sensor/respond.h"
 #include "render/transport/vertex/first_hits.h"
 #include "render/transport/vertex/layer_sums.h"
+#include "render/transport/vertex/pass_share.h"
 #include "render/transport/vertex/path_state.h"
 #include "render/transport/vertex/sample_keys.h"
 #include "render/transport/vertex/vertex.h"
@@ -39,10 +40,8 @@ class SampleBatch {
   }
 
   /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
-  /// `paths`, in slots of the same number; random ones in scenes with motion at one time for all, or each at
-  /// its own. False when nothing more is wanted.
-  bool start(SampleSource& source, PathState& paths, int most = kBatch,
-             std::optional<float> time = std::nullopt);
+  /// `paths`, in slots of the same number. False when nothing more is wanted.
+  bool start(SampleSource& source, PathState& paths, int most = kBatch, const PassShare& shared = {});
   /// Finds what the first `n` paths meet after `depth` events: find_hits() of neighbours, timed and counted,
   /// in which camera rays that nobody samples (kUnsampled) miss.
   void find_hits(const PathState& paths, int n, int depth, HitState& hits);

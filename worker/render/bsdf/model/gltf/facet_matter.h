@@ -120,17 +120,6 @@ struct FacetMatter {
   FilmMeans film_means();
 
  private:
-  /// How far the index of a lane is from kEta, in halves of the difference between blue and red (Fraunhofer's
-  /// lines F and C): by Cauchy's formula where lanes are wavelengths.
-  static TESSERA_INLINE Float spread_of_lane(const BsdfParams& params, int lane) {
-#ifdef TESSERA_SPECTRAL
-    constexpr float kD = 587.56f, kF = 486.13f, kC = 656.27f;
-    constexpr float kScale = 2 / (1 / (kF * kF) - 1 / (kC * kC));
-    return (1.0f / sqr(params.wavelengths.c[lane]) - 1 / (kD * kD)) * kScale;
-#else
-    return Float(static_cast<float>(lane - 1));
-#endif
-  }
   static TESSERA_INLINE Ggx facets_of(const BsdfParams& params) {
     const Float alpha = max(sqr(params.scalars[slot::kRoughness]), kLeastLayerAlpha);
     return {lerp(sqr(params.scalars[slot::kAnisotropic]), alpha, Float(1.0f)), alpha};
@@ -149,9 +138,10 @@ struct FacetMatter {
     film.thickness_nm = params.further[slot::kFilmThickness];
     means = params.film;
     const Float spread = select_or_zero(further, params.further[slot::kSpread]);
-    disperses = any(spread != 0.0f);
+    disperses = !kSpectral && any(spread != 0.0f);  // elsewhere kEta is that of the first wavelength
+    if (!disperses) return;
     for (int c = 0; c < kSpectrumLanes; ++c) {
-      const Float index = fma(spread, spread_of_lane(params, c), params.scalars[slot::kEta]);
+      const Float index = fma(spread, Float(static_cast<float>(c - 1)), params.scalars[slot::kEta]);
       etas.c[c] = select(inside, 1.0f / index, index);
     }
   }

@@ -1,0 +1,46 @@
+// What all paths of a pass have in common, where what lights have lit is looked for by others: one moment,
+// and one set of wavelengths.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "render/color/spectra.h"
+#include "render/integrator/scene_tables.h"
+#include "render/sampling/sampler.h"
+#include "render/transport/vertex/dimensions.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Numbers in [0, 1) that paths have instead of their own.
+struct PassShare {
+  std::optional<float> time;        // within the exposure
+  std::optional<float> wavelength;  // that sample_wavelengths() takes
+};
+
+/// Returns what the paths of a pass share. Where things move, the times of two or more passes are spread over
+/// the exposure as a pixel's samples are. Where light has wavelengths, steps of the golden ratio spread those
+/// of the passes evenly, and their other lanes, a quarter apart, between one another. `seed` is the
+/// sampler's.
+inline PassShare share_of_pass(const SceneTables& scene, std::uint64_t seed, std::uint32_t pass) {
+  constexpr std::uint32_t kGoldenStep = 0x9e3779b9u;  // of 2^32
+  PassShare share;
+  const UInt key = Sampler::pixel_hash(seed, UInt(0u), UInt(0x50617373u));
+  if (scene.any_motion) {
+    const Sampler passes(scene.sampler.kind, key, reverse_bits(UInt(pass)));
+    share.time = passes.get_2d(dimension::kTime).x.lane(0);
+  }
+  if (kSpectral) share.wavelength = to_unit_float(hash(key) + UInt(pass * kGoldenStep)).lane(0);
+  return share;
+}
+
+/// The wavelengths of paths: their own, by `numbers`, or those of the pass.
+template <class Numbers>
+TESSERA_INLINE Wavelengths wavelengths_of(const SceneTables& scene, const Numbers& numbers,
+                                          const PassShare& shared) {
+  return sample_wavelengths(scene.sensor.response.sensitivity, [&] {
+    return shared.wavelength ? Float(*shared.wavelength) : numbers.get_2d(dimension::kTime).y;
+  });
+}
+
+}  // namespace tessera::render::TESSERA_ISA
