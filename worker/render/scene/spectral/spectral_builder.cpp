@@ -35,6 +35,15 @@ void put(const spectra::SigmoidCoefficients& k, float (&value)[kBands]) {
   value[0] = k.c0, value[1] = k.c1, value[2] = k.c2;
 }
 
+/// How bright light is that no observer sees: its mean over wavelengths, over that of daylight.
+float unseen_brightness(const v1::Spectrum& spectrum) {
+  if (!spectrum.has_sampled()) return 0;
+  const spectra::Curve light = curve_of(spectrum.sampled()), daylight = spectra::unit_d65();
+  double sum = 0, sum_of_daylight = 0;
+  for (int i = 0; i < kCurveSamples; ++i) sum += light.at(nm_of(i)), sum_of_daylight += daylight.at(nm_of(i));
+  return static_cast<float>(sum / sum_of_daylight);
+}
+
 double luminance(const Rgb& c) { return 0.212671 * c.r + 0.715160 * c.g + 0.072169 * c.b; }
 
 }  // namespace
@@ -78,8 +87,10 @@ std::int32_t SpectralBuilder::add_function_of(std::int32_t curve,
 SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
   // Lights are chosen by the mean of their colour, whether they have a curve or not.
   const Rgb color = emission(spectrum);
-  const float mean = (color.r + color.g + color.b) / 3;
-  // Light that nobody sees has no grey to be a multiple of; what is less than no light stays a colour.
+  float mean = (color.r + color.g + color.b) / 3;
+  // A sensor may see what no observer does.
+  if (mean == 0) mean = unseen_brightness(spectrum);
+  // Without light there is no grey to be a multiple of; what is less than no light stays a colour.
   if (!(mean > 0) || std::min({color.r, color.g, color.b}) < 0) return {color};
   const SpectralEmission grey{.color = {mean, mean, mean}};
   if (color.r == color.g && color.g == color.b && !spectrum.has_sampled() && !spectrum.has_blackbody())
