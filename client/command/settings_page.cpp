@@ -20,7 +20,8 @@ std::string values_of(const wire::SettingField& setting) {
     return absl::StrJoin(wire::words_of(*type), "; ", with_meaning);
   }
   if (setting.field->cpp_type() == FieldDescriptor::CPPTYPE_BOOL) return "`on`, `off`";
-  if (setting.field->cpp_type() == FieldDescriptor::CPPTYPE_STRING) return "[below](#integrators)";
+  if (setting.name == "integrator") return "[below](#integrators)";
+  if (setting.field->cpp_type() == FieldDescriptor::CPPTYPE_STRING) return "[colour](colour.md#sensors)";
   const v1::Setting& traits = setting.traits();
   if (!traits.has_least()) return "";
   const std::string least = absl::StrFormat("%s%.15g", traits.or_zero() ? "0 or " : "", traits.least());

@@ -36,7 +36,8 @@ std::vector<double> batch_means(const wire::TileResult& tile, std::uint32_t samp
   }
   for (std::size_t c = 0; c < tile.channels.size(); ++c) {
     for (std::size_t i = 0; i < kSide * kSide; ++i)
-      means[kValues + c] += tile.values[c * kSide * kSide + i] / double{samples} / (kSide * kSide);
+      means[kValues + c] +=
+          tile.values[c * kSide * kSide + i] / static_cast<double>(samples) / (kSide * kSide);
   }
   return means;
 }

@@ -106,9 +106,9 @@ void load_constants(const MaterialRecord& material, const Spectra& spectra, Mask
 /// The indices of refraction that vary.
 void load_etas(const MaterialTable& materials, Int record, const Spectra& spectra, Mask active,
                BsdfParams& params) {
-  const ScalarSlot& slot = materials.materials.data()->scalars[slot::kEta];
   const Mask vary = active & params.with(kDisperses);
-  const Spectrum etas = spectra.curve(curve_of(gather(&slot.texture, record * kStride, vary)), vary);
+  const Int curve = gather(&materials.materials.data()->eta_curve, record * kStride, vary);
+  const Spectrum etas = spectra.curve(curve, vary);
   params.etas = select(vary, etas, Spectrum(params.scalars[slot::kEta]));
   params.scalars[slot::kEta] = params.etas.c[0];
 }

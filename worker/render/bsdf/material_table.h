@@ -40,8 +40,7 @@ enum MaterialFlags : std::int32_t {
   kTransmits = 1 << 20,     // scatters light to the other side, whatever its parameters are
   kSheet = 1 << 21,         // without thickness: Material::one_sided says nothing of it
   kDiffuseBase = 1 << 22,   // spectra[slot::kReflectance] is of a diffuse base
-  // Jobs of wavelengths only: the index of refraction varies, and scalars[slot::kEta].texture is its curve,
-  // as in SpectrumSlot::texture.
+  // Jobs of wavelengths only: the index of refraction varies as MaterialRecord::eta_curve does.
   kDisperses = 1 << 23
 };
 
@@ -92,7 +91,8 @@ struct MaterialRecord {
   std::int32_t upper_normal_texture = -1;  // normal map of the layer above the base, with kUsesFurther
   std::int32_t variants = 0;               // bits of the kind (bsdf/kinds.h), with kUsesVariants
   float luminance = 0;  // jobs of wavelengths only: of the colour of spectra[0] in daylight
-  std::int32_t padding = 0;
+  // Jobs of wavelengths only: the curve of slot::kEta, with kDisperses, else -1.
+  std::int32_t eta_curve = -1;
 };
 static_assert(sizeof(MaterialRecord) == 128);
 

@@ -111,8 +111,9 @@ absl::Status MaterialSlots::set_dispersing_eta(const v1::Spectrum& eta, bool has
     record.scalars[slot::kEta].value = static_cast<float>(formula->eta(kSodiumNm));
     index = [of = *formula](double nm) { return of.eta(nm); };
   } else {
-    if (auto s = set_eta(eta, otherwise); !s.ok() || !eta.has_sampled()) return s;
-    index = [of = curve_of(eta.sampled())](double nm) { return of.at(nm); };
+    const std::optional<spectra::Curve> measured = measured_curve(eta);
+    if (auto s = set_eta(eta, otherwise); !s.ok() || !measured) return s;
+    index = [of = *measured](double nm) { return of.at(nm); };
   }
   set_varying_eta(index);
   return absl::OkStatus();
@@ -123,7 +124,7 @@ void MaterialSlots::set_varying_eta(const std::function<double(double)>& index) 
   const auto curve = inputs_.spectral->add_varying(index);
   if (!curve) return;
   record.flags |= kDisperses;
-  record.scalars[slot::kEta].texture = kFirstCurve - *curve;
+  record.eta_curve = *curve;
 }
 
 void MaterialSlots::set_multiple_scattering(const v1::Roughness& roughness, float eta) {

@@ -30,11 +30,21 @@ std::vector<float> sampled(const std::function<double(double)>& value) {
   return samples;
 }
 
-
 Rgb color_of(const float (&value)[kBands]) { return {value[0], value[1], value[2]}; }
 
 void put(const spectra::SigmoidCoefficients& k, float (&value)[kBands]) {
   value[0] = k.c0, value[1] = k.c1, value[2] = k.c2;
+}
+
+/// How bright light is that no observer sees: its mean over wavelengths, over that of daylight.
+float unseen_brightness(const v1::Spectrum& spectrum) {
+  const std::optional<spectra::Curve> light = measured_curve(spectrum);
+  if (!light) return 0;
+  const spectra::Curve daylight = spectra::unit_d65();
+  double sum = 0, sum_of_daylight = 0;
+  for (int i = 0; i < kCurveSamples; ++i)
+    sum += light->at(nm_of(i)), sum_of_daylight += daylight.at(nm_of(i));
+  return static_cast<float>(sum / sum_of_daylight);
 }
 
 double luminance(const Rgb& c) { return 0.212671 * c.r + 0.715160 * c.g + 0.072169 * c.b; }
@@ -107,7 +117,9 @@ std::int32_t SpectralBuilder::add_albedo(std::int32_t scattering, std::int32_t e
 SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
   // Lights are chosen by the mean of their colour, whether they have a curve or not.
   const Rgb color = emission(spectrum);
-  const float mean = (color.r + color.g + color.b) / 3;
+  float mean = (color.r + color.g + color.b) / 3;
+  // A sensor may see what no observer does.
+  if (mean == 0) mean = unseen_brightness(spectrum);
   // Light that nobody sees has no grey to be a multiple of.
   if (!(mean > 0)) return {color};
   const SpectralEmission grey{.color = {mean, mean, mean}};
