@@ -160,7 +160,7 @@ SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
   const Rgb color = emission(spectrum);
   const float mean = (color.r + color.g + color.b) / 3;
   // Light that nobody sees has no grey to be a multiple of.
-  if (!(mean > 0)) return {color};
+  if (!(mean > 0)) return {color, -1, {color, spectra::upsample_emission(color).error}};
   const SpectralEmission grey{.color = {mean, mean, mean}};
   const bool is_measured = measured_curve(spectrum) || spectrum.has_blackbody();
   if (color.r == color.g && color.g == color.b && !is_measured) return grey;
