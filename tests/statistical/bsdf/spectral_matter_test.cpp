@@ -25,8 +25,7 @@ TEST(Metals, ReflectAsFresnelHasItAtFiveWavelengths) {
   for (const char* name : {"Au", "Cu", "Al"}) {
     const auto metal = spectra::find_metal(name);
     ASSERT_TRUE(metal.has_value());
-    // Five wavelengths in the components of two materials, three of each in the table of RGB colours that
-    // BsdfCase has.
+    // In the components of two materials.
     for (const std::array<double, 3>& nm : {std::array{420.0, 480.0, 540.0}, {540.0, 600.0, 680.0}}) {
       BsdfCase::Color eta, k;
       for (std::size_t c = 0; c < 3; ++c) {
@@ -72,11 +71,29 @@ double layered(double cosine, const std::vector<std::array<double, 2>>& index_an
   return sum;
 }
 
+/// Upper bound of what ThinFilm::reflectance() leaves out: from where a round trip's part is below 1e-3, or
+/// from the 24th, all are taken to interfere like the last one, which is off by at most twice their sum.
+double left_out(double cosine, double film, double base) {
+  const auto inner_cosine = [&](double index) {
+    return std::sqrt(std::max(0.0, 1 - (1 - cosine * cosine) / (index * index)));
+  };
+  const double c2 = inner_cosine(film), c3 = inner_cosine(base);
+  const auto part = [](double above, double below) {
+    const double trip = std::abs(above * below);
+    const double all = (1 - above * above) * (1 - below * below) / (1 - trip * trip);
+    return 2 * std::min(all * trip, std::max(1e-3, all * std::pow(trip, 24))) / (1 - trip);
+  };
+  return part((cosine - film * c2) / (cosine + film * c2),
+              (film * c2 - base * c3) / (film * c2 + base * c3)) +
+         part((film * cosine - c2) / (film * cosine + c2), (base * c2 - film * c3) / (base * c2 + film * c3));
+}
+
 TEST(ThinFilm, IsThatOfMatricesOfLayersAtEveryWavelength) {
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(0, 1);
-  double worst = 0;
-  for (int i = 0; i < 4000; ++i) {
+  double worst = 0, sum = 0;
+  constexpr int kFilms = 4000;
+  for (int i = 0; i < kFilms; ++i) {
     const double eta = 1 + 1.5 * uniform(random), base = 1 + 2 * uniform(random),
                  thickness = 1500 * uniform(random), cosine = 0.05 + 0.95 * uniform(random);
     const double f0 = (base - 1) * (base - 1) / ((base + 1) * (base + 1));
@@ -93,12 +110,15 @@ TEST(ThinFilm, IsThatOfMatricesOfLayersAtEveryWavelength) {
     for (std::size_t c = 0; c < kComponents; ++c) {
       const double error =
           std::abs(reflected.c[c].lane(0) - layered(cosine, {{eta, thickness}}, base, nm[c]));
-      EXPECT_LT(error, 3e-3) << eta << " over " << base << ", " << thickness << " nm at " << nm[c]
-                             << " nm, cosine " << cosine;
+      // Phases of floats are off by 1e-4.
+      EXPECT_LT(error, left_out(cosine, eta, base) + 3e-4)
+          << eta << " over " << base << ", " << thickness << " nm at " << nm[c] << " nm, cosine " << cosine;
       worst = std::max(worst, error);
+      sum += error / kComponents;
     }
   }
-  std::printf("films at single wavelengths: worst error %.5f\n", worst);
+  EXPECT_LT(sum / kFilms, 1e-3);
+  std::printf("films at single wavelengths: worst error %.5f, mean %.5f\n", worst, sum / kFilms);
 }
 
 }  // namespace

@@ -56,9 +56,13 @@ TEST_F(SpectralBuilderTest, ColoursThatNoSpectrumHasAreTold) {
   EXPECT_THAT(warnings_of({{-0.01f, 0.4f, 0.3f}}), IsEmpty());
   const spectra::SigmoidCoefficients k = {converted().value[0], converted().value[1], converted().value[2]};
   for (const float nm : {400.0f, 550.0f, 700.0f}) EXPECT_GT(spectra::value(k, nm), 0);
-  const auto light = builder_.emission_of(message<v1::Spectrum>("rgb { r: -1 g: 2 b: 0.1 }"));
-  EXPECT_TRUE(light.unreached.is_told());
-  EXPECT_FALSE(builder_.emission_of(message<v1::Spectrum>("rgb { r: 3 g: 2 b: 0.1 }")).unreached.is_told());
+  const auto is_told = [&](const char* light) {
+    return builder_.emission_of(message<v1::Spectrum>(light)).unreached.is_told();
+  };
+  EXPECT_TRUE(is_told("rgb { r: -1.9 g: 2 b: 0.1 }"));
+  EXPECT_TRUE(is_told("rgb { r: -3 g: 2 b: 0.1 }"));
+  EXPECT_FALSE(is_told("rgb { r: 3 g: 2 b: 0.1 }"));
+  EXPECT_FALSE(is_told("constant: 0"));
 }
 
 TEST_F(SpectralBuilderTest, TexelsThatNoSpectrumHasAreToldOncePerMaterial) {

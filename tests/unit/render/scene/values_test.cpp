@@ -55,7 +55,8 @@ TEST(Spectra, AreFoundByName) {
     spectrum.set_named(name);
     EXPECT_EQ(check_spectrum(spectrum, name.c_str()), absl::OkStatus());
     ASSERT_TRUE(measured_curve(spectrum).has_value());
-    EXPECT_GT(measured_curve(spectrum)->at(550), 0) << name;
+    if (!name.ends_with("-k"))
+      EXPECT_GT(measured_curve(spectrum)->at(550), 0) << name;  // some absorb nothing
   }
   // Daylight is white, and its luminance is 1.
   const spectra::Rgb white = emission(message<v1::Spectrum>("named: 'stdillum-D65'"));

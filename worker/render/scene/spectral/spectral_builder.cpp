@@ -121,7 +121,7 @@ SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
   // A sensor may see what no observer does.
   if (mean == 0) mean = unseen_brightness(spectrum);
   // Light that nobody sees has no grey to be a multiple of.
-  if (!(mean > 0)) return {color};
+  if (!(mean > 0)) return {color, -1, {color, spectra::upsample_emission(color).error}};
   const SpectralEmission grey{.color = {mean, mean, mean}};
   const bool is_measured = measured_curve(spectrum) || spectrum.has_blackbody();
   if (color.r == color.g && color.g == color.b && !is_measured) return grey;
