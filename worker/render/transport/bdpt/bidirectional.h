@@ -75,7 +75,7 @@ class Bidirectional final : public Integrator {
   SampleBatch batch_;
   LightSubpaths lights_;
   const std::unique_ptr<Merging> merging_;  // may be none
-  std::optional<float> pass_time_;          // where passes are merged, in scenes with motion
+  std::optional<float> pass_time_;          // time of a pass, where passes are merged and things move
   Frontier frontier_;
   WeightState weights_;
   ConnectionQueue joins_;  // rays to lights and to vertices of the other subpath

@@ -38,7 +38,7 @@ struct LightUses {
   bool keep = false;                // vertices that a subpath from the eye may be joined to
   Film* film = nullptr;             // takes their light, joined to the camera
   LightVertexSink* sink = nullptr;  // takes all vertices that can be joined
-  std::optional<float> time = {};   // the same for all, in scenes with motion; none: each has its own
+  std::optional<float> time = {};   // time of all, in scenes with motion; none: each has its own
 };
 
 class LightSubpaths {
