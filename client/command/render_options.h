@@ -55,7 +55,7 @@ struct RenderOptions {
 /// Defines the options on `command`. Values that make no sense are refused while the command line is parsed.
 void define_render_options(options::Command& command, RenderOptions& options);
 
-/// Those of them that say how a scene is rendered. `bench` has them too, with a --spp of its own.
+/// Adds the options that say how a scene is rendered. `bench` has them too, with a --spp of its own.
 void define_job_options(options::Command& command, RenderOptions& options, bool with_samples = true);
 
 /// How the scene is to be read.

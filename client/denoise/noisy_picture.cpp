@@ -169,7 +169,7 @@ void find_usual_variance(NoisyPicture& picture, int threads) {
   });
 }
 
-/// In place of pixels of which nothing is known, the mean of those around them that are known, with a
+/// Fills pixels of which nothing is known with the mean of those around them that are known, with a
 /// variance that says so.
 void fill_unknown(NoisyPicture& picture, const std::vector<char>& bad) {
   constexpr int kRadius = 3;

@@ -18,7 +18,7 @@ std::uint32_t mixed_block(std::uint32_t k) { return std::rotl(k * 0xcc9e2d51u, 1
 /// Identifier and coverage.
 using Matte = std::pair<float, float>;
 
-/// Those of a pixel, the largest first.
+/// Sorts the identifiers of a pixel, the largest coverage first.
 void sort_mattes(std::vector<Matte>& mattes) {
   std::ranges::sort(mattes, [](const Matte& a, const Matte& b) {
     if (a.second != b.second) return a.second > b.second;

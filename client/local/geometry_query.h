@@ -25,7 +25,7 @@ namespace tessera::client {
 
 enum class QueryKind : std::uint8_t { kRay, kInside, kClosest };
 
-/// In world space. A direction may have any length.
+/// A question about places in world space. A direction may have any length.
 struct Query {
   QueryKind kind = QueryKind::kRay;
   double point[3] = {0, 0, 0};

@@ -15,7 +15,7 @@ struct Row {
   const CommandSpec& command;
 };
 
-/// In single quotes for bash and zsh.
+/// Puts a text in single quotes for bash and zsh.
 std::string shell_quoted(const std::string& text) {
   return absl::StrCat("'", absl::StrReplaceAll(text, {{"'", "'\\''"}}), "'");
 }

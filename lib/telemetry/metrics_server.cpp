@@ -94,7 +94,7 @@ std::string MetricsServer::text() const {
 
 void MetricsServer::opened(MHD_Connection* connection) {
   connections_.push_back(connection);
-  // Those that were told to close are still the first ones.
+  // Connections that were told to close are still the first ones.
   if (connections_.size() <= kMostOpen) return;
   shut_down(
       *std::next(connections_.begin(), static_cast<std::ptrdiff_t>(connections_.size() - kMostOpen - 1)));

@@ -27,7 +27,7 @@ class RecentLines final : public spdlog::sinks::base_sink<std::mutex> {
  public:
   static constexpr std::size_t kMost = 1000;
 
-  /// Those after number `after`, oldest first.
+  /// Returns the lines after number `after`, oldest first.
   std::vector<LogLine> after(std::uint64_t after);
 
   /// The last lines about this job, and warnings and errors about none, oldest first, as many as have

@@ -21,7 +21,7 @@ std::vector<ChannelDesc> list_of(const std::string& name) {
   return channels;
 }
 
-/// Those of a layer; ChannelDesc::of is the channel of the picture that each belongs to.
+/// Channels of a layer; ChannelDesc::of is the channel of the picture that each belongs to.
 std::vector<ChannelDesc> colours_of(const std::string& layer, ChannelKind kind = ChannelKind::kSum) {
   std::vector<ChannelDesc> channels;
   for (const std::string& name : colour_channels_of(layer)) {

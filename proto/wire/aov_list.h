@@ -11,7 +11,7 @@
 
 namespace tessera::wire {
 
-/// In the order of their numbers in v1::AOV, and so of their channels in results.
+/// The AOVs, in the order of their numbers in v1::AOV, and so of their channels in results.
 enum class HitAov : std::uint8_t {
   kAlbedo,
   kNormal,

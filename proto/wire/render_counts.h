@@ -56,7 +56,7 @@ inline RenderCounts& RenderCounts::operator+=(const RenderCounts& other) {
   return *this;
 }
 
-/// Those that describe the image; the others are 0.
+/// Returns the counts that describe the image; the others are 0.
 inline RenderCounts of_image(const RenderCounts& counts) {
   RenderCounts image;
   for (const RenderCount& count : kRenderCounts) {

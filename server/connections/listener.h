@@ -49,7 +49,7 @@ class Listener {
   void hand_over(int connection, int socket);
   void close_sockets();
 
-  base::HostPort address_;  // its port is the one that was taken
+  base::HostPort address_;  // The port is the one that was taken.
   Connections& connections_;
   const Connections::Port kind_;
   Acceptor acceptor_;

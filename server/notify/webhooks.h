@@ -16,7 +16,7 @@ namespace tessera::server {
 
 struct WebhookOptions {
   std::string url;                        // told of all jobs; empty: none
-  std::vector<std::string> allowed_urls;  // those that single jobs may name (check_allowed)
+  std::vector<std::string> allowed_urls;  // URLs that single jobs may name (check_allowed)
   std::string signing_key;
   int attempts = 10;
   std::chrono::milliseconds first_delay{1000};  // doubled after each attempt, to two minutes at most

@@ -1,4 +1,4 @@
-// In which arithmetic classes the results of one job were made.
+// The arithmetic classes that the results of one job were made in.
 #pragma once
 
 #include <cstdint>
@@ -44,7 +44,7 @@ class ClassHistory {
   std::string bound_;
   std::map<std::string, std::map<std::uint32_t, std::string>>
       classes_by_host_;          // host -> number of the first result in the class -> class
-  std::set<std::string> noted_;  // all classes in `classes_by_host_`
+  std::set<std::string> noted_;  // the classes in `classes_by_host_`, each once
 };
 
 /// The kernel ISAs of classes, each once: "avx512+avx2".

@@ -29,7 +29,7 @@ struct FarmEvent {
     // unit, value: sequence number of its result, host: who was asked for a second opinion. text: empty when
     // it was asked; else the opinion, as a number, where hosts disagree.
     kAudit = 14,
-    kSceneFault = 18,  // as kUnitFailed, and the worker says that the scene is at fault
+    kSceneFault = 18,  // like kUnitFailed; the worker says that the scene is at fault
     kClassNoted =
         17,  // host, value: number of the first result from which on its are of the class; text: the class
     kUnconfirmed = 26,  // value: number of units that rest on identities which no other confirmed, at its end
@@ -39,7 +39,7 @@ struct FarmEvent {
     // alone.
     kRunFailed = 20,
     kRunLost = 21,
-    kInputsFailed = 23,  // as kUnitFailed, and the worker could not read what the unit is made of
+    kInputsFailed = 23,  // like kUnitFailed; the worker could not read what the unit is made of
     kDisputed = 24,      // unit, host: one of those who disagree on what it makes; text: who
   };
 

@@ -28,7 +28,7 @@ namespace tessera::server {
 /// How one host fares with one job.
 struct HostRecord {
   std::set<std::uint32_t> units_failed_only_here;
-  std::uint32_t bars = 0;  // how often it was taken out; success clears it
+  std::uint32_t bars = 0;  // times that it was taken out; success clears it
   Time barred_until{};
 };
 
@@ -68,8 +68,8 @@ struct FarmJob {
   std::uint32_t attempts = 0;  // grants so far
   std::uint32_t results = 0;   // accepted so far, those revoked included
   std::uint32_t revision = 0;
-  Time mean_lease_duration{0};   // from grant to result, moving average; 0 before the first result
-  double mean_unit_cost_ms = 0;  // on one thread of a usual worker, likewise
+  Time mean_lease_duration{0};   // moving average from grant to result; 0 before the first result
+  double mean_unit_cost_ms = 0;  // moving average on one thread of a usual worker; 0 before the first result
   LatestCosts latest_costs;
   // The same of a unit of each tile, as in its latest result; 0: not known. Empty where a tile is one unit.
   std::vector<float> tile_cost_ms;
@@ -81,10 +81,11 @@ struct FarmJob {
   // The class that it would be bound to, as of a revision of the tally.
   mutable std::uint64_t class_tally_revision = 0;
   mutable std::string best_class;
-  mutable std::optional<Time> settling_since;  // when a unit was first withheld for that choice
-  std::optional<Time> forsaken_since;          // since when no worker of its class is there
+  mutable std::optional<Time> settling_since;  // time when a unit was first withheld for that choice
+  std::optional<Time> forsaken_since;          // time from which on no worker of its class is there
 
-  absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;  // by unit; kept until it is done
+  /// Failures by unit, kept until it is done.
+  absl::flat_hash_map<std::uint32_t, std::vector<UnitFailure>> failures;
   // Units of runs that failed or were lost: the longest run that they may be part of.
   absl::flat_hash_map<std::uint32_t, std::uint32_t> shorter_runs;
   std::set<std::uint32_t> dangerous;  // units that are not done and were lost with kLossesToIsolate workers
@@ -104,7 +105,7 @@ struct FarmJob {
   std::uint32_t reached = 0;  // units below it were open before steps were closed, and may be done
   absl::flat_hash_map<std::string, std::uint32_t> holders;  // worker -> leases
   std::set<std::pair<Time, LeaseId>> only_leases;  // leases whose unit has no second one; oldest first
-  std::set<std::pair<Time, LeaseId>> by_end;       // the same, by expected end
+  std::set<std::pair<Time, LeaseId>> by_end;       // the same leases, by expected end
 
   bool open() const { return state == v1::QUEUED || state == v1::RUNNING; }
   bool held() const { return paused || !awaited.empty(); }
@@ -116,12 +117,12 @@ struct FarmWorker {
   bool draining = false;
   Time last_seen{};
   WorkerPace pace{};
-  double slowness = 1;       // how long its units take, relative to the usual worker
+  double slowness = 1;       // time that its units take, relative to the usual worker
   std::int64_t load_ms = 0;  // work in hand, as a usual worker would need on one thread
   std::uint64_t leased_units = 0;
   bool isolated = false;  // holds a dangerous unit, and so nothing else
   bool is_tallied = false;
-  std::uint32_t counted_threads = 1;  // as the worker claims, or as measured
+  std::uint32_t counted_threads = 1;  // the number that the worker claims, or that was measured
   // Time in which it held leases, and of that what its results say that its threads worked.
   Time busy{0}, busy_until{0};
   double worked_ms = 0;
@@ -145,8 +146,9 @@ struct FarmState {
   std::uint64_t jobs_added = 0;
   std::map<std::uint64_t, std::unique_ptr<FarmJob>> jobs_by_number;
   absl::flat_hash_map<std::string, FarmJob*> jobs_by_id;
-  TurnOrder turns;                                                          // open jobs that are not held
-  absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene;  // the same, by digest
+  TurnOrder turns;  // open jobs that are not held
+  /// The same jobs, by the scene's digest.
+  absl::flat_hash_map<std::string, std::set<std::uint64_t>> jobs_by_scene;
   absl::flat_hash_map<std::string, std::set<std::uint64_t>> awaiting;  // open jobs, by the one they await
   std::set<std::uint64_t> auditing;                                    // open jobs with audits to make
   std::set<std::uint64_t> checking;                                    // open jobs with spots to render
@@ -159,7 +161,8 @@ struct FarmState {
   std::size_t results_since_pace_comparison = 0;
   std::map<std::string, std::set<std::string>> workers_by_identity;  // ids
   ClassTally class_tally;
-  Time settled_at{};  // when the last new kind of worker will have been there for SchedulerOptions::settle
+  /// Time when the last new kind of worker will have been there for SchedulerOptions::settle.
+  Time settled_at{};
   LeaseTable leases;
   std::vector<std::string> hosts_by_number;
   absl::flat_hash_map<std::string, HostNumber> host_numbers;

@@ -30,11 +30,11 @@ struct Lease {
   std::string worker;
   Time granted_at{};
   Time deadline{};
-  bool audit = false;          // the units are done; this is a second opinion
-  std::uint32_t spot = 0;      // only this spot of the units is rendered (spot.h); 0: all of them
-  double work_share = 1;       // part of the units' work that is leased
+  bool audit = false;      // the units are done; this is a second opinion
+  std::uint32_t spot = 0;  // number of the one spot of the units that is rendered (spot.h); 0: all of them
+  double work_share = 1;   // part of the units' work that is leased
   std::int64_t charge_ms = 0;  // work as expected when it was granted; for fair shares
-  Time expected_end{};         // when its result ought to come, from what is known of job and worker
+  Time expected_end{};         // time when its result ought to come, from what is known of job and worker
 };
 
 class LeaseTable {

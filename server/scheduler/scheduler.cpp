@@ -215,7 +215,7 @@ Expiry Scheduler::advance(Time now) {
   for (const auto& [number, job] : state_.jobs_by_number) {
     if (job->open()) bind_anew(*job, now);
   }
-  // Those who could have given second opinions may be gone.
+  // Workers who could have given second opinions may be gone.
   const std::set<std::uint64_t> auditing = state_.auditing;
   for (const std::uint64_t number : auditing) {
     FarmJob& job = *state_.jobs_by_number.at(number);

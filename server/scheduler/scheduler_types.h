@@ -19,12 +19,12 @@
 namespace tessera::server {
 
 struct SchedulerOptions {
-  Time heartbeat_interval{1000};  // for each worker; longer in large farms
+  Time heartbeat_interval{1000};  // interval of each worker; longer in large farms
   Time lease_timeout{8000};       // a lease, and a worker, that was not heard of for so long is given up
   Time min_copy_age{500};         // a unit is not copied to a second worker before it was out for so long
   Time batch{10'000};        // most work leased for each thread of a worker, once the cost of units is known
   Time longest_run{10'000};  // upper bound of a run's time, as measured; 0: units are leased one at a time
-  Time short_run{100};       // one that is always worth a lease of its own
+  Time short_run{100};       // a run that is always worth a lease of its own
   std::uint32_t audit_one_in = 100;  // results, that a second host renders again; 0: none
   // The same of results of phases, which all of a picture is made of, where hosts are of several identities.
   std::uint32_t audit_phases_one_in = 1;
@@ -32,7 +32,7 @@ struct SchedulerOptions {
   std::uint64_t epoch = 1;          // epoch of the coordinator; part of every token
   double unconfirmed_share = 0.05;  // part of a job's units that may rest on an unconfirmed identity
   double spot_work = 0.0175;        // part of a job's work, that is spent on spots of results
-  // By which results are chosen for audits: whoever knows it knows where to be honest. The same after a
+  // Chooses results for audits: whoever knows it knows where to be honest. The same after a
   // restart.
   std::string audit_key = {};
   // A job is bound to an arithmetic class only when no worker of a new one has come for so long: of workers
@@ -56,13 +56,13 @@ struct JobRequest {
   std::uint32_t max_workers = 0;        // workers at a time; 0: any number
   bool any_class = false;               // workers of every arithmetic class may work on it; else of one
   std::vector<std::string> after = {};  // jobs that have to be done first
-  std::string bound_class = {};         // as before a restart; empty: not bound yet
+  std::string bound_class = {};         // the class from before a restart; empty: not bound yet
 };
 
 /// A worker's words on a unit that it could not render.
 struct FailureReport {
   std::string message;
-  bool scene_fault = false;           // no other would do better
+  bool scene_fault = false;           // No other worker would do better.
   bool inputs_fault = false;          // the blobs that the unit reads are none that it can be made of
   std::vector<std::string> log = {};  // the last lines of the worker's own, for people
 };
@@ -72,7 +72,7 @@ struct UnitFailure {
   std::string host;
   std::string message;
   bool lost = false;          // the worker died or went silent
-  bool scene_fault = false;   // the worker says that no other would do better
+  bool scene_fault = false;   // The worker says that no other worker would do better.
   bool inputs_fault = false;  // the worker could not read what the unit is made of
   bool disputed =
       false;  // the unit was made, but two identities disagree on what it makes, and no third is there
@@ -87,33 +87,33 @@ struct SetAsideView {
 struct JobView {
   v1::JobState state = v1::QUEUED;
   std::uint32_t units_total = 0, units_done = 0, units_leased = 0, units_set_aside = 0;
-  std::uint32_t units_open = 0;     // those of the steps that were begun, which come first
-  std::uint32_t units_pending = 0;  // those that may be leased now; others wait for an earlier step
+  std::uint32_t units_open = 0;     // units of the steps that were begun, which come first
+  std::uint32_t units_pending = 0;  // units that may be leased now; others wait for an earlier step
   std::string isa;                  // the ISA of `classes`; without any, the one asked for
   std::string error;                // why it failed, or what is missing
   std::int32_t priority = 0;
   bool paused = false;
-  std::uint32_t revision = 0;           // how often accepted results were thrown away
-  std::vector<std::string> notes;       // what went wrong where, for people
+  std::uint32_t revision = 0;           // times that accepted results were thrown away
+  std::vector<std::string> notes;       // Tells people what went wrong where.
   std::vector<SetAsideView> set_aside;  // the first kMaxListed
   std::uint32_t audits = 0;             // units that a second host was asked to render too
-  std::uint32_t audits_out = 0;         // those at which one is now
-  std::uint32_t units_unconfirmed = 0;  // those that rest on unconfirmed identities
+  std::uint32_t audits_out = 0;         // audits that a worker is busy with
+  std::uint32_t units_unconfirmed = 0;  // units that rest on unconfirmed identities
   std::uint32_t units_adopted = 0;      // taken over from another job
   std::string adopted_from;
   std::vector<std::string> classes = {};  // classes of its results, the bound one first (ClassHistory::all)
-  std::uint32_t workers = 0;              // those that hold units of it
+  std::uint32_t workers = 0;              // workers that hold units of it
   std::vector<std::string> awaited = {};  // jobs that are not done yet, and have to be first
 };
 
 struct WorkerInfo {
   std::string id;    // never used before
-  std::string name;  // for people
+  std::string name;  // shown to people
   std::string build;
   std::string isa;  // the one it would choose
   std::vector<std::string> supported_isas;
   std::uint32_t threads = 1;
-  std::string host;  // what faults are counted by, and in it who answers for it (identity.h)
+  std::string host;  // Faults are counted by it; it names who answers for it (identity.h).
   std::vector<std::string> tags;
   // Whence it registered, for people: the name in its certificate, and its address. Empty where these are not
   // known.
@@ -129,7 +129,7 @@ struct WorkerView {
   bool draining = false;
   Time last_seen{};
   std::string quarantine;                     // why its host is not trusted; empty when it is
-  double slowness = 1;                        // how long its units take, relative to the usual worker
+  double slowness = 1;                        // time that its units take, relative to the usual worker
   std::vector<std::string> closed_jobs = {};  // open, and not for its arithmetic: the first kMaxClosedJobs
 };
 
@@ -177,7 +177,7 @@ struct CompleteDecision {
   // did, or is not known any more.
   std::optional<Time> lasted = {};
   std::uint32_t threads = 1;
-  bool duplicate = false;      // the same result was accepted before: nothing changed
+  bool duplicate = false;      // The same result was accepted before; nothing changed.
   std::uint64_t sequence = 0;  // number of the result within its job, from 1; 0: a duplicate
   bool opened = false;         // units may be leased now that had to wait for this one
 };

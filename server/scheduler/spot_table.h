@@ -28,7 +28,7 @@ struct SpotCheck {
   std::string arithmetic_class;
   std::uint32_t covers = 0;      // an answer that agrees speaks for the maker's results up to this number
   std::set<std::string> silent;  // identities that were asked and did not answer
-  Time since{};                  // when it began to wait, or somebody took it
+  Time since{};                  // time when it began to wait, or somebody took it
 };
 
 /// Checks by the first unit of the result: some wait for somebody to make them, the others are out.

@@ -59,12 +59,12 @@ class TurnOrder {
 
  private:
   using UserKey = std::pair<std::int32_t, std::string>;  // priority, user
-  // By what they had, where that counts, then by who has waited longest, then age.
+  // Sorted by what they had, where that counts, then by who has waited longest, then by age.
   using JobRank = std::tuple<std::int64_t, std::uint64_t, JobNumber>;
   using UserRank = std::tuple<std::int64_t, std::uint64_t, std::string>;
   struct User {
     std::int64_t load_ms = 0;
-    std::uint64_t last_turn = 0;  // when work was given to it, or it came
+    std::uint64_t last_turn = 0;  // the turn when work was given to it, or it came
     std::set<JobRank> jobs;
   };
   struct Level {

@@ -45,7 +45,7 @@ std::optional<std::uint32_t> UnitLedger::next_pending() {
     returned_.pop();
     // A unit that was put back twice while it waited here comes up twice in a row.
     while (!returned_.empty() && returned_.top() == unit) returned_.pop();
-    // Those that were closed meanwhile come when they are open again.
+    // Units that were closed meanwhile come when they are open again.
     if (unit < open_end_ && state(unit) == UnitState::kPending) return unit;
   }
   while (first_untouched_ < open_end_) {

@@ -60,7 +60,7 @@ class UnitLedger {
   const AcceptedResult& result(std::uint32_t unit) const {
     return results_by_sequence_[sequence_of(unit) - 1];
   }
-  /// Those that count, by sequence number. Looks at every result; for events that are rare.
+  /// Returns the results that count, by sequence number. Looks at every result; for events that are rare.
   std::vector<AcceptedResult> results() const;
 
   /// Leases the pending unit of the lowest index that `suits`; none when there is none.
@@ -83,7 +83,7 @@ class UnitLedger {
   struct Page {
     explicit Page(std::uint32_t count) : states(count, UnitState::kPending), result_sequences(count) {}
     std::vector<UnitState> states;
-    std::vector<std::uint32_t> result_sequences;  // only for units that are done
+    std::vector<std::uint32_t> result_sequences;  // set for units that are done
   };
 
   std::uint32_t sequence_of(std::uint32_t unit) const {

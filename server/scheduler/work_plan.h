@@ -68,7 +68,7 @@ class WorkPlan {
   std::uint32_t samples_ = 0;
   std::uint32_t samples_per_unit_ = 0;
   std::uint32_t range_count_ = 0;
-  TileOrder tile_order_;  // all tiles that the crop touches
+  TileOrder tile_order_;  // order of the tiles that the crop touches
   std::uint32_t first_column_ = 0, first_row_ = 0;
 };
 

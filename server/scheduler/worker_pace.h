@@ -12,9 +12,10 @@ namespace tessera::server {
 /// Estimate of one worker's time for a unit, as a natural logarithm. Ratings of players are kept in the same
 /// way [Glickman1999]: one says something only in comparison with another, and has a variance.
 struct WorkerPace {
-  static constexpr double kUnknownVariance = 1;  // before anything is known: within e times the usual, mostly
+  /// Variance before anything is known: mostly within e times the usual.
+  static constexpr double kUnknownVariance = 1;
 
-  std::uint64_t worker = 0;  // no other has this number
+  std::uint64_t worker = 0;  // a number that no other worker has
   double log_time = 0;
   double variance = kUnknownVariance;
 
@@ -65,7 +66,7 @@ class JobPace {
   static constexpr double kFirstSpread =
       1.3;  // costs over two decades: a standard deviation is a factor of three
   static constexpr double kFirstWeight = 8;
-  double results_ = 0;  // so many are in the mean
+  double results_ = 0;  // number of results in the mean
   double mean_ = 0, spread_ = kFirstSpread, spread_weight_ = kFirstWeight;
   double step_ = kFirstSpread, step_weight_ = kFirstWeight;
 };

@@ -51,7 +51,7 @@ struct Coordinator::Impl {
   void request_shutdown(const absl::Status& reason);
   absl::Status wait();
 
-  // In the order in which they lean on each other.
+  // Each leans on those before it.
   std::unique_ptr<DataDir> data_dir;
   std::unique_ptr<Journal> journal;
   std::shared_ptr<BlobStore> blobs;

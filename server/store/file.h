@@ -40,7 +40,7 @@ class File {
   absl::Status error(const char* what) const;
 
   int descriptor_;
-  std::filesystem::path path_;  // for messages
+  std::filesystem::path path_;  // named in messages
 };
 
 /// Space of a file system, for whoever is not root. Both numbers of files are 0 where they have no limit.

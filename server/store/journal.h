@@ -162,8 +162,8 @@ struct JournalOptions {
   bool accept_loss = false;
 };
 
-/// In a data directory, made when there is nothing yet; an empty path: in memory. Tables that are damaged are
-/// made anew from the logs that stand beside the results, and the damaged ones kept as
+/// Opens the journal of a data directory, made when there is nothing yet; an empty path: in memory. Tables
+/// that are damaged are made anew from the logs that stand beside the results, and the damaged ones kept as
 /// journal.sqlite.damaged. FailedPrecondition when a newer version wrote it, and when something that was
 /// committed is lost, with what; DataLoss when the tables are damaged and there are no logs.
 absl::StatusOr<std::unique_ptr<Journal>> open_journal(const std::filesystem::path& data_dir,

@@ -67,9 +67,9 @@ class ResultFile {
   std::unique_ptr<DiskFile> file_;
   std::uint64_t count_;
   std::uint64_t before_ = 0;         // number of results before the remembered ones
-  std::uint64_t begin_ = 0;          // where these end
+  std::uint64_t begin_ = 0;          // offset at which these end
   std::vector<std::uint64_t> ends_;  // ends of the remembered results
-  std::uint64_t kept_;               // where the last result ends
+  std::uint64_t kept_;               // offset at which the last result ends
   std::uint64_t appended_;
 };
 

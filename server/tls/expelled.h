@@ -29,7 +29,7 @@ class Expelled {
   using Time = std::chrono::system_clock::time_point;
 
   static constexpr std::size_t kMostNames = 10'000;
-  static constexpr std::size_t kLongestName = 64;  // what an authority certifies
+  static constexpr std::size_t kLongestName = 64;  // length of the longest name that an authority certifies
 
   /// An empty path: in memory. Unavailable, or DataLoss, for a file that cannot be read.
   static absl::StatusOr<std::unique_ptr<Expelled>> open(std::filesystem::path file);

@@ -59,7 +59,7 @@ void journal_job(Journal& journal, const std::string& id, std::uint64_t results)
     entries.clear();
   }
   must(journal.commit({JobStats{.id = id, .results = results, .stats = std::string(150, 't')},
-                       JobEnded{.id = id, .state = v1::DONE, .finished_unix_ms = 1}}));
+                       JobEnded{.id = id, .state = v1::DONE, .error = "", .finished_unix_ms = 1}}));
 }
 
 /// Opens the journal and takes its jobs in, as a coordinator does when it starts.

@@ -25,8 +25,8 @@ using SceneLoader = std::function<absl::StatusOr<std::unique_ptr<render::RenderS
 
 struct AgentOptions {
   std::string name;               // shown to people
-  std::string host;               // what stays over restarts: faults are counted by it; empty: the name
-  std::vector<std::string> tags;  // what jobs may require
+  std::string host;               // name that stays over restarts: faults are counted by it; empty: `name`
+  std::vector<std::string> tags;  // tags that jobs may require
   int threads = 1;                // number of tiles rendered at once
   std::vector<std::string> isas;  // instruction sets that this worker may use, best first
   // How it rounds with each of them (render::arithmetic_classes); empty: nothing is known of it but the ISAs.
@@ -55,7 +55,7 @@ struct AgentReport {
   std::uint64_t units_rendered = 0;
   std::uint64_t units_failed = 0;
   std::uint64_t units_stopped = 0;      // begun, and revoked or out of the grace period
-  std::uint64_t units_handed_back = 0;  // not begun when the agent stopped
+  std::uint64_t units_handed_back = 0;  // units that were not begun when the agent stopped
   double rendered_unit_seconds = 0;
   /// One count for each bucket of telemetry::kUnitSecondsBuckets, and one for the units that took longer.
   std::vector<std::uint64_t> units_by_seconds;

@@ -21,14 +21,15 @@ class LeaseIntake {
   /// The part of a worker that keeps what it has loaded.
   struct Loaded {
     std::function<std::vector<std::string>()> scene_digests;
-    std::function<void(const std::string& job_id)> forget_job;  // no unit of it will come
+    /// Called when no unit of a job will come any more.
+    std::function<void(const std::string& job_id)> forget_job;
   };
 
   /// Keeps `full` units queued in `leases`. `address`: the coordinator's, for messages.
   LeaseIntake(LeaseTable& leases, Loaded loaded, std::string address, std::size_t full);
 
   static constexpr std::size_t kKnownJobs =
-      64;  // whose specs are kept; one more, and the oldest is forgotten
+      64;  // number of jobs whose specs are kept; one more, and the oldest is forgotten
 
   using Specs = std::map<std::string, std::shared_ptr<const v1::JobSpec>>;  // keys: job ids
   struct Ask {

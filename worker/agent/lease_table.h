@@ -22,7 +22,7 @@ namespace tessera::agent {
 /// A unit in the worker's hands, or a run of them that is rendered as one.
 struct HeldUnit {
   v1::WorkUnit unit;
-  std::uint32_t ranges = 1;  // how many ranges the run has
+  std::uint32_t ranges = 1;  // number of ranges of the run
   std::string job_id;
   std::uint32_t job_generation = 0;
   std::uint64_t inputs = 0;   // LeaseToken.inputs
@@ -112,7 +112,7 @@ class LeaseTable {
   std::uint64_t deliveries_ = 0;
   std::map<Key, std::uint64_t> delivered_;  // the latest, numbered
   std::map<Key, Entry> entries_;
-  std::deque<Key> queue_;  // not begun, in the order of their grant
+  std::deque<Key> queue_;  // leases that are not begun, in the order of their grant
   std::size_t asked_ = 0;
   bool closed_ = false;
 };

@@ -234,7 +234,7 @@ std::uint32_t samples_of_a_unit(const v1::JobSpec& spec) {
   return std::min(std::max(samples, least) * longer, std::bit_ceil(spp));
 }
 
-/// Those that are asked for, and those that denoising needs, each once.
+/// The AOVs that are asked for and those that denoising needs, each once.
 std::set<v1::AOV> aovs_of(const JobSettings& request) {
   std::set<v1::AOV> aovs(request.aovs.begin(), request.aovs.end());
   if (request.denoise)

@@ -8,7 +8,7 @@ namespace tessera::client {
 
 /// Adds "worldToCamera" and, of cameras that project to a plane, "worldToNDC", which takes points to (0, 0)
 /// in the upper left and (1, 1) in the lower right corner of the display window [ImfStandardAttributes.h].
-/// Those of a camera that moves are where the shutter opens. Nothing where the camera's transform is
+/// A camera that moves has those of the time when the shutter opens. Nothing where the camera's transform is
 /// singular.
 void add_camera_facts(const v1::Camera& camera, Image& image);
 

@@ -17,7 +17,7 @@ constexpr char kCut[] = "...";
 
 bool continues_character(char c) { return (static_cast<unsigned char>(c) & 0xc0) == 0x80; }
 
-/// In characters, where each takes one column.
+/// Width in characters, where each takes one column.
 std::size_t width_of(const std::string& text) {
   return static_cast<std::size_t>(
       std::ranges::count_if(text, [](char c) { return !continues_character(c); }));

@@ -29,7 +29,7 @@ using Loose [[gnu::vector_size(64), gnu::aligned(4), gnu::may_alias]] = float;
   return power * power;
 }
 
-/// In the order of a tree.
+/// Adds in the order of a tree.
 [[gnu::always_inline]] inline float sum(const Lanes& value) {
   float part[kLanes];
   store(value, part);

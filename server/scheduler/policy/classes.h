@@ -1,4 +1,4 @@
-// In whose arithmetic a job is rendered: results of two classes differ in rounding [docs/decisions/0019].
+// Whose arithmetic a job is rendered in: results of two classes differ in rounding [docs/decisions/0019].
 #pragma once
 
 #include <string>

@@ -34,7 +34,7 @@ class Leasing {
   bool take_up(FarmWorker& worker, FarmJob& job, const UnitRun& units, const v1::LeaseToken& token, Time now);
 
  private:
-  struct Batch;  // one call of lease()
+  struct Batch;  // the leases of one call of lease()
   bool has_units_for(const Batch& batch, const FarmJob& job) const;
   FarmJob* choose_job(Batch& batch);
   bool lease_pending(Batch& batch);

@@ -13,7 +13,7 @@ namespace tessera::server {
 
 inline constexpr std::uint32_t kMaxFailures = 3;  // failures on different hosts, or reported by any worker
 inline constexpr std::uint32_t kMaxLosses = 6;    // failures of any kind on any number of hosts
-inline constexpr std::uint32_t kLossesToIsolate = 2;  // from then on a unit is a worker's only one
+inline constexpr std::uint32_t kLossesToIsolate = 2;  // After so many losses a unit is a worker's only one.
 
 std::set<std::string> hosts_of(const std::vector<UnitFailure>& failures);
 std::size_t losses_in(const std::vector<UnitFailure>& failures);

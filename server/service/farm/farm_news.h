@@ -25,10 +25,10 @@ namespace news {
 enum class Call { kLease, kHeartbeat, kComplete, kFail, kTick, kCount };
 struct CallServed {
   Call call;
-  std::chrono::nanoseconds taken;  // its wait for the lock included
+  std::chrono::nanoseconds taken;  // duration, with the wait for the lock
 };
 struct Committed {
-  std::chrono::nanoseconds taken;  // from the change to its being durable, or known not to be
+  std::chrono::nanoseconds taken;  // time from the change until it is durable, or known not to be
   std::uint64_t entries;           // entries of the journal
 };
 /// Told once.
@@ -47,7 +47,7 @@ struct JobSubmitted {
 };
 struct ResultsAdopted {
   const JobEntry& job;
-  const std::string& donor;  // its id
+  const std::string& donor;  // identifier of a job
 };
 /// A job of an earlier coordinator goes on.
 struct JobRecovered {
@@ -119,7 +119,7 @@ struct UnitsLeased {
   std::uint64_t units;
 };
 struct ResultAccepted {
-  const std::string& worker;  // its name
+  const std::string& worker;  // name of the worker
   const v1::LeaseToken& token;
   std::chrono::nanoseconds unit_time;
   std::uint64_t bytes;
@@ -128,19 +128,19 @@ struct ResultAccepted {
 struct ResultRepeated {};
 struct ResultRefused {
   enum class Reason {
-    kNotGranted,    // no such lease was granted
+    kNotGranted,    // There was no such lease.
     kUnsound,       // the payload is none of this unit's
     kMisrendered,   // the payload is whole, and none that a renderer makes: the unit failed
     kContradicted,  // another result of the unit was accepted before
     kNotWanted,
   };
-  const std::string& worker;  // its name
+  const std::string& worker;  // name of the worker
   const v1::LeaseToken& token;
   Reason reason;
   const absl::Status& why;
 };
 struct UnitFailed {
-  const std::string& worker;  // its name
+  const std::string& worker;  // name of the worker
   const v1::LeaseToken& token;
   const std::string& message;
 };

@@ -25,7 +25,7 @@ class LeaseSeal;
 struct FarmOptions {
   std::chrono::milliseconds heartbeat_interval;
   std::chrono::milliseconds lease_timeout;
-  std::chrono::milliseconds late_results;  // how long after a job's end its units are kept in memory
+  std::chrono::milliseconds late_results;  // time after a job's end for which its units are kept in memory
   Retention retention;
   std::uint64_t max_open_units = std::uint64_t{1} << 27;  // units of all jobs in memory together
   Quotas quotas = {};

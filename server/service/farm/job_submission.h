@@ -56,7 +56,8 @@ class JobSubmission {
   /// Whether the units of one more job fit into memory.
   absl::Status check_capacity(const JobShape& shape) const;
   JobEntry& add_entry(const Candidate& candidate, const std::string& key);
-  /// Tells the scheduler of a new job. Returns what is to be journaled of it.
+  /// Tells the scheduler of a new job. Returns what is to be journaled of it; after an error the scheduler
+  /// does not know the job.
   absl::StatusOr<std::vector<JournalEntry>> schedule(JobEntry& entry, const std::optional<Donor>& donor);
 
   FarmCore& core_;

@@ -74,7 +74,7 @@ class UnitResults {
   WorkerLeases& leases_;
   UserShares& shares_;
   const std::string spot_key_;
-  std::mutex checking_;  // one blob of a phase is in memory at a time
+  std::mutex checking_;  // Lets one blob of a phase be in memory at a time.
 };
 
 }  // namespace tessera::server

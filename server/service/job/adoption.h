@@ -24,15 +24,17 @@ std::string result_key(const v1::JobSpec& spec);
 struct Donor {
   JobRecord record;
   std::shared_ptr<const WorkPlan> plan;
-  bool named = false;                           // whoever submits the job wants it to go on from this one
-  absl::flat_hash_set<std::string> blobs = {};  // what its phases gave in the end, as far as it is there
+  bool named = false;  // whoever submits the job wants it to go on from this one
+  /// Digests of the blobs that its phases made in the end, as far as they are there.
+  absl::flat_hash_set<std::string> blobs = {};
 };
 
 /// Gives the new job all results of the donor that are of its own units and whose hosts are trusted, and of
 /// one arithmetic class if the job is to be: of which there are most. Where nobody could go on in that class,
 /// and the donor was not named, none. Where the donor's phases were not all made, or a phase's blob is
 /// gone, none either. Both have equal content. Appends what is to be journaled behind the job
-/// itself, besides the scheduler's events: UnitDone entries, numbered from 1.
+/// itself, besides the scheduler's events: UnitDone entries, numbered from 1. After an error, which is that
+/// of Scheduler::adopt, the job and the entries are as they were.
 absl::Status adopt_results(Scheduler& scheduler, const JobRequest& job, const Donor& donor,
                            std::vector<JournalEntry>& entries);
 

@@ -40,7 +40,7 @@ class HostShares {
   void save(Saved& saved) const;
 
   std::uint32_t units_of(const std::string& host) const;
-  /// Those whose results count.
+  /// Returns the hosts whose results count.
   std::vector<std::string> hosts() const;
 
   /// Hosts whose units take kSlow times the usual and more beyond doubt, the slowest first. Hosts are

@@ -80,8 +80,8 @@ struct JobEntry {
   std::deque<NotedFailure> noted_failures = {};  // oldest first
 };
 
-/// By which a submission that is sent twice is known: clients choose their ids, and each user has a space of
-/// their own.
+/// Returns the key by which a submission that is sent twice is known: clients choose their ids, and each user
+/// has a space of their own.
 std::string request_key(const std::string& user, const std::string& request_id);
 
 /// A result is there, which counts.
@@ -101,7 +101,7 @@ class JobTable {
   JobEntry* find(const std::string& id);
   JobEntry* find_request(const std::string& request_key);
   void erase(const std::string& id);
-  /// In order of submission.
+  /// Returns the jobs in order of submission.
   const std::vector<std::unique_ptr<JobEntry>>& all() const { return entries_; }
   /// The blobs that these jobs name.
   const UserBlobs& blobs() const { return blobs_; }

@@ -25,7 +25,7 @@ absl::Status restore_farm(Scheduler& scheduler, Journal& journal);
 /// The sequence numbers of results that do not count any more, ascending.
 std::vector<std::uint64_t> revoked_results(const JobRecord& record);
 
-/// In which arithmetic classes the results were made.
+/// Returns the arithmetic classes that the results were made in.
 ClassHistory classes_of(const JobRecord& record);
 
 }  // namespace tessera::server

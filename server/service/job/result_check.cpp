@@ -72,7 +72,7 @@ absl::StatusOr<wire::TileResult> checked_result(std::string_view payload, const 
   if (const char* const what = check_counts(result->counts, most, spec.samples().noise() > 0))
     return unfit(what);
 
-  // In a pass, any number of samples may land on one pixel.
+  // Any number of samples of a pass may land on one pixel.
   const double largest_sum = wire::works_in_passes(spec) ? std::numeric_limits<float>::max()
                                                          : kLargestSample * static_cast<double>(most);
   for (std::size_t c = 0; c < result->channels.size(); ++c) {

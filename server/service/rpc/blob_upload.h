@@ -45,7 +45,7 @@ class BlobUpload {
   std::string digest_;
   std::uint64_t blob_size_ = 0;
   std::uint64_t stored_bytes_ = 0;
-  std::uint64_t received_bytes_ = 0;  // those of this stream
+  std::uint64_t received_bytes_ = 0;  // bytes that this stream has brought
 };
 
 }  // namespace tessera::server

@@ -27,7 +27,7 @@ class Board {
   std::uint64_t version() const { return version_; }
 
   struct News {
-    std::vector<std::string> rows;  // in the order in which they came
+    std::vector<std::string> rows;  // rows in the order in which they came
     std::vector<std::string> gone;  // names
     bool all = false;               // forget all other rows
     bool empty() const { return rows.empty() && gone.empty() && !all; }

@@ -67,7 +67,7 @@ class Feed {
   struct View {
     Board jobs, workers;
     std::map<std::string, bool> may_see;                          // jobs of lines
-    std::chrono::steady_clock::time_point jobs_due, workers_due;  // when they are looked at again
+    std::chrono::steady_clock::time_point jobs_due, workers_due;  // times when they are looked at again
     bool used_in_round = false;
   };
 
@@ -86,7 +86,7 @@ class Feed {
   const std::shared_ptr<telemetry::RecentLines> lines_;
   const std::function<bool(const Visitor&)> admits_;
 
-  std::map<std::string, View> views_;  // only the thread uses them
+  std::map<std::string, View> views_;  // used by the thread alone
 
   std::mutex mutex_;
   std::condition_variable wake_;

@@ -56,7 +56,7 @@ class HttpServer {
   void sweep();
 
  private:
-  struct Callbacks;  // those that libmicrohttpd calls
+  struct Callbacks;  // functions that libmicrohttpd calls
 
   HttpServer(const HttpOptions& options, const ConnectionLimits& limits, Handler handle)
       : options_(options), handle_(std::move(handle)), connections_(limits) {}

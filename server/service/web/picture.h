@@ -39,7 +39,7 @@ struct PictureLayer {
 
   /// Origin of kNoise.
   enum class Noise {
-    kSpread,    // how far the means of a pixel's results are apart
+    kSpread,    // distance of the means of a pixel's results
     kVariance,  // the results' own variance of samples
     kPilot      // what the job's pilot foresaw
   };
@@ -114,7 +114,7 @@ class Picture {
   std::uint32_t level_;
   PictureLayer layer_;
   std::size_t bands_;             // planes of sums
-  std::uint32_t width_, height_;  // in pixels of level_
+  std::uint32_t width_, height_;  // size in pixels of level_
   std::shared_ptr<const wire::PilotBlocks> pilot_;
   // Planes of width_ * height_: weights, then sums of bands_ channels; for noise, squares and parts too.
   std::vector<float> weights_, sums_, squares_, parts_;

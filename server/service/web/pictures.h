@@ -72,7 +72,7 @@ class ShownPicture {
   std::vector<Result> results_;  // kept where levels below the picture's may be asked for
 };
 
-/// Those that are looked at, and a few that were. Thread-safe.
+/// Pictures that are looked at, and a few that were. Thread-safe.
 class Pictures {
  public:
   /// Pictures, and bytes of their planes, that are kept. One takes 64 MiB at most.

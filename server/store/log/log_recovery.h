@@ -28,7 +28,7 @@ class LogRecovery {
               bool new_tables, const std::optional<ManifestCounts>& expected);
 
   struct Report {
-    ManifestCounts counts;            // what there is; the epoch is the highest that was met
+    ManifestCounts counts;            // numbers of what there is; the epoch is the highest that was met
     std::vector<std::string> healed;  // damage that costs nothing that was acknowledged
     std::vector<std::string> lost;    // damage that does
     bool changed = false;             // there was something to do
@@ -46,7 +46,7 @@ class LogRecovery {
     std::uint64_t from = 0, end = 0, size = 0;
     std::int64_t submitted_unix_ms = 0;  // set where the tables do not have the job
     CommitStamp first, last;
-    std::uint64_t last_frames_begin = 0;  // where the frames of `last` begin
+    std::uint64_t last_frames_begin = 0;  // offset at which the frames of `last` begin
     std::uint64_t previous_commit = 0;    // the one before `last`
     std::vector<LoggedEntry> last_entries;
   };

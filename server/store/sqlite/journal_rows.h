@@ -37,7 +37,7 @@ class JournalRows {
   std::vector<CoveredUnits> units(const std::string& job, std::uint64_t after, std::uint32_t most);
   /// Costs of these results.
   std::vector<std::string> stats(const std::string& job, std::uint64_t after, std::uint32_t most);
-  /// In order; of the whole farm for an empty `job`.
+  /// Returns events in order; of the whole farm for an empty `job`.
   std::vector<SchedulerEvent> events(const std::string& job);
 
   /// A number that the journal keeps of itself.

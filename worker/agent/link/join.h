@@ -10,7 +10,7 @@ namespace tessera::agent {
 
 struct JoinRequest {
   std::string server;        // HOST:PORT of the coordinator
-  std::string token;         // as text (net/join_token.h)
+  std::string token;         // text of a net/join_token.h
   std::string machine_name;  // common name in its certificate
   std::filesystem::path certificate_folder;
 };

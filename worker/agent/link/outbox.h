@@ -29,7 +29,7 @@ struct Outcome {
   v1::UnitStats stats;
   absl::Status failure;       // why it could not be rendered
   bool scene_fault = false;   // another worker would fail alike
-  bool inputs_fault = false;  // what the unit reads is none that it can be made of
+  bool inputs_fault = false;  // The unit cannot be made of what it reads.
 };
 
 /// Thread-safe. Sends from threads of its own; the destructor waits for the call in flight, not for what is

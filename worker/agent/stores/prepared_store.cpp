@@ -78,7 +78,7 @@ absl::StatusOr<std::shared_ptr<const render::Prepared>> PreparedStore::get(
   slots_.push_front(slot);
   lock.unlock();
 
-  // Those who wait must hear of it, whatever happens.
+  // Threads that wait must hear of it, whatever happens.
   Inputs inputs;
   using Result = absl::StatusOr<std::shared_ptr<const render::Prepared>>;
   const Result prepared = or_exhausted("preparing what the unit reads", [&]() -> Result {

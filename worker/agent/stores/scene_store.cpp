@@ -74,7 +74,7 @@ absl::StatusOr<std::shared_ptr<const LoadedScene>> SceneStore::load_or_wait(cons
   if (slot->loading) return *slot->result;
   slot->loading = true;
   lock.unlock();
-  // Those who wait here too must hear of it, whatever happens.
+  // Threads that wait here too must hear of it, whatever happens.
   absl::StatusOr<LoadedScene> loaded = or_exhausted(
       "loading the scene", [&] { return loader_(spec, slot->view, slot->abandoned.get_token()); });
   lock.lock();

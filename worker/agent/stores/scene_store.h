@@ -46,8 +46,8 @@ class SceneStore {
                                                          std::stop_token stop);
 
   struct Held {
-    std::size_t scenes = 0;  // each view is one
-    std::size_t bytes = 0;   // what scenes share counts once
+    std::size_t scenes = 0;  // number of scenes; each view is one
+    std::size_t bytes = 0;   // memory of the scenes; what they share counts once
   };
   Held held() const;
 

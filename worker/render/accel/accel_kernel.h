@@ -1,4 +1,4 @@
-// What kernels give to those who build the structures that answer rays.
+// The interface between a kernel module and the builders of acceleration structures.
 #pragma once
 
 #include "render/accel/embree/embree_kernel.h"

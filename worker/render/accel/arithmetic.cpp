@@ -84,7 +84,7 @@ void add_approximations(Checksum& sum) {
 #endif
 }
 
-/// In float and double, over what tables ask for: angles, exponents, colours.
+/// Sums in float and double over what tables ask for: angles, exponents, colours.
 void add_library(Checksum& sum) {
   for (int i = 1; i <= 256; ++i) {
     const double x = i * (1.0 / 81);  // no sums of powers of two

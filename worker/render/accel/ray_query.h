@@ -17,7 +17,7 @@ struct RayArrays {
 struct HitArrays {
   float *t, *u, *v;
   std::int32_t *primitive, *shape, *instance;
-  // What each search opened and tested, where somebody asks and the query counts.
+  // Counts of what each search opened and tested, where somebody asks and the query counts.
   std::int32_t *visited_nodes = nullptr, *visited_primitives = nullptr;
   std::int32_t* upper = nullptr;  // bits of the place from the 31st on; left alone in all other scenes
 };

@@ -48,7 +48,7 @@ class Balance {
 
   /// Mean energy that single scattering keeps without absorption.
   TESSERA_INLINE Float kept() const {
-    const Position row = row_of(alpha2_x_);  // that of all rows, unless alphas are the same
+    const Position row = row_of(alpha2_x_);  // position of all rows, unless alphas are the same
     const Int entry = offset_ + row.index;
     return lerp(row.t, gather(table_ + kBalanceKept, entry, lanes_),
                 gather(table_ + kBalanceKept + 1, entry, lanes_));

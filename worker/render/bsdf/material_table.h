@@ -12,7 +12,7 @@ namespace tessera::render {
 /// Bits of MaterialRecord::flags: what a material is, for all who meet it. What holds for all materials of a
 /// model is apart (BsdfTraits), and so is what a model alone asks for (bsdf/kinds.h).
 enum MaterialFlags : std::int32_t {
-  kAllDelta = 1 << 0,     // no light can be sampled towards it
+  kAllDelta = 1 << 0,     // Light cannot be sampled towards it.
   kHasTextures = 1 << 1,  // some slot is textured
   kHasBump = 1 << 2,      // bump_texture or normal_texture is set
   kAnisotropic = 1 << 3,  // needs a shading frame along dp/du
@@ -23,7 +23,7 @@ enum MaterialFlags : std::int32_t {
   kUsesAlphas = 1 << 7,          // scalars[0] and [1]
   kUsesEta = 1 << 8,             // scalars[2] and coat_table
   kUsesExtended = 1 << 9,        // the ExtendedRecord
-  kUsesFurther = 1 << 10,        // with kUsesExtended: its further slots
+  kUsesFurther = 1 << 10,        // further slots, with kUsesExtended
   kUsesVariants = 1 << 11,       // variants is not 0
   // The two sides.
   kHasInside = 1 << 12,  // light gets through, so that below the surface is not as above
@@ -34,11 +34,11 @@ enum MaterialFlags : std::int32_t {
   kPassesStraight =
       1 << 16,       // Bsdf::passing(): what goes straight through is not scattered in volumetric scenes
   kMixed = 1 << 17,  // mix_a and mix_b; of an Interaction: it has a second part
-  kBendsSoftly = 1 << 18,  // with kHasBump: Material::bends_softly
+  kBendsSoftly = 1 << 18,  // Material::bends_softly, with kHasBump
   // For those that look at a scene as a whole, before it is rendered.
   kHasDeltaLobe = 1 << 19,  // a mirror, clear glass, or a clear coat over something else
   kTransmits = 1 << 20,     // scatters light to the other side, whatever its parameters are
-  kSheet = 1 << 21,         // without thickness: Material::one_sided says nothing of it
+  kSheet = 1 << 21,         // a sheet without thickness: Material::one_sided says nothing of it
   kDiffuseBase = 1 << 22,   // spectra[slot::kReflectance] is of a diffuse base
   // Jobs of wavelengths only: the index of refraction varies as MaterialRecord::eta_curve does.
   kDisperses = 1 << 23
@@ -48,7 +48,7 @@ enum MaterialFlags : std::int32_t {
 enum BsdfTraits : std::int32_t {
   kReflectsOnly = 1 << 0,  // light is scattered back to the side of wo alone
   kLambertian = 1 << 1,    // light is scattered back evenly: f is the same for all directions of that side
-  kAllDiffuse = 1 << 2,    // all lobes but delta ones are diffuse, for layers
+  kAllDiffuse = 1 << 2,    // All lobes but delta ones are diffuse, for layers.
   kSomeDiffuse = 1 << 3,   // some are: Bsdf::diffuse_share() tells
   kEstimatedDensity = 1 << 4,  // `pdf` is not that of sample(): good for weighing, not for dividing f_cos by
   kRefracts = 1 << 5           // what gets through changes its direction, and has an inside behind it

@@ -122,7 +122,7 @@ TESSERA_INLINE Vec3 mirror_if(Mask below, Vec3 w) { return {w.x, w.y, select(bel
 struct MicrofacetReflection {
   Float f_cos;
   Float pdf;    // density of reflection at a visible normal
-  Float cos_m;  // between wo and the microfacet's normal
+  Float cos_m;  // cosine between wo and the microfacet's normal
 };
 
 template <class Facets>

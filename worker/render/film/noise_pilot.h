@@ -51,7 +51,7 @@ class NoisePilot final : public SampleSource, public Film {
   static constexpr std::size_t kColors = 3;  // the first channels: R, G, B
   struct Pixel {
     std::uint32_t block, x, y, number;  // `number` within the block
-    bool in_film;                       // or a neighbour of what is
+    bool in_film;                       // false: a neighbour of a pixel that is
     std::array<std::array<double, kColors>, 2> stream_sums{};
   };
 

@@ -12,9 +12,9 @@ namespace tessera::render {
 
 /// One count for each block of wire::kNoiseBlock pixels each way, on the film's grid.
 struct SampleCounts {
-  FilmRect blocks;                    // not empty
+  FilmRect blocks;                    // a rectangle that is not empty
   std::vector<std::uint32_t> counts;  // rows from the top
-  bool even = false;                  // all are the same
+  bool even = false;                  // All counts are the same.
 
   /// Sample count of a pixel of the film, or, modulo 2^32, of a border around it. What is beyond `blocks`
   /// takes as many as the nearest of them.

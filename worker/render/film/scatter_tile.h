@@ -97,7 +97,7 @@ class ScatterTile final : public SampleSource, public Film {
   const FilmSize film_;
   const std::uint32_t reach_x_, reach_y_;
   const std::uint32_t width_, height_;  // size of the tile with its border
-  const std::uint32_t left_, top_;      // its first pixel, modulo 2^32
+  const std::uint32_t left_, top_;      // first pixel of the tile, modulo 2^32
   std::vector<std::uint32_t> firsts_;   // planes of which a pixel's own sample counts alone
   const std::size_t sample_channels_;
   std::deque<Part> unfinished_parts_;         // the one with the fewest samples last
@@ -111,7 +111,7 @@ class ScatterTile final : public SampleSource, public Film {
   // Channel c of sample s of pixel i at (s * sample_channels_ + c) * pixel_numbers_.size() + i
   std::vector<float> samples_;
   std::vector<float> filtered_;  // planes of the tile
-  std::vector<float> leaf_;      // the same of the pixels that a part reaches alone
+  std::vector<float> leaf_;      // the same sums of the pixels that a part reaches alone
   std::vector<float> padded_, row_;
   std::vector<float> weights_x_, weights_y_;
   std::vector<std::uint32_t> batch_;  // numbers of its pixels

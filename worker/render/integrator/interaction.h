@@ -13,7 +13,7 @@ namespace tessera::render::TESSERA_ISA {
 /// One material at 16 surface points.
 struct MaterialPart {
   Int kind;      // BsdfKind
-  Int material;  // where it is a mix, the mix itself; from behind, the material there
+  Int material;  // number of the material; of a mix, that of the mix; from behind, that of the material there
   Int flags;     // MaterialFlags
   Int traits;    // BsdfTraits
   BsdfParams params;

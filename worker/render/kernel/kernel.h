@@ -35,14 +35,15 @@ struct Kernel {
 /// Its traits are added by wire::add_algorithm.
 void add_algorithm(const Algorithm& algorithm);
 
-/// The one symbol that a kernel module exports.
+/// The symbol by which a kernel module gives its kernel.
 using KernelEntry = const Kernel* (*)();
 inline constexpr const char* kKernelEntryName = "tessera_kernel";
 
 /// The light that kernels carry.
 enum class KernelLight : std::uint8_t { kRgb, kWavelengths };
 
-/// The kernel of an ISA, loaded on first use; null when this build or this processor lacks it.
+/// The kernel of an ISA, loaded on first use; null when this build or this processor lacks it, or its module
+/// belongs to another build.
 const Kernel* find_kernel(const std::string& isa, KernelLight light = KernelLight::kRgb);
 
 }  // namespace tessera::render

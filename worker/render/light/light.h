@@ -35,14 +35,14 @@ struct LightSample {
   Color radiance;
   Float pdf;   // density of wi by solid angle, given the light; 1 for lights with one point or direction
   Mask valid;  // there is a direction with radiance > 0 and pdf > 0
-  Mask delta;  // no other strategy can find this direction
+  Mask delta;  // No other strategy can find this direction.
   Vec2 barycentric{Float(0.0f), Float(0.0f)};  // place of the point on a triangle light
   Float cosine = Float(1.0f);  // |cos| of wi with the light's geometric normal; 1 for lights without one
 };
 
 /// A ray that carries light.
 struct Emission {
-  Vec3 origin;     // on the emitter, or outside of the scene
+  Vec3 origin;     // a point of the emitter, or one outside of the scene
   Vec3 offset;     // the ray starts at origin + offset, off the surface; along its normal
   Vec3 direction;  // unit
   /// Flux that the ray stands for: emitted radiance (or intensity) times cosine over the density of the ray.

@@ -15,7 +15,7 @@ namespace tessera::render {
 /// Properties of a model that hold whatever its parameters are.
 struct LightTraits {
   bool at_infinity = false;               // it has no bounds, and its power is what falls on the scene
-  bool delta = false;                     // only light sampling and emission find it
+  bool delta = false;                     // Only light sampling and emission find it.
   bool extended = false;                  // a delta light with many points, which are chosen with a density
   bool uses_normals = false;              // sampling and its density look at Receiver::normal
   ShapeKind surface = ShapeKind::kCount;  // it is what shapes of this kind emit; kCount: it is on none

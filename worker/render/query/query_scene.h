@@ -70,7 +70,7 @@ struct ClosestReport {
 struct BoundsReport {
   std::int32_t shape = -1, instance = -1;  // a shape of the world's own, or an instance; both -1: the scene
   V3d low, high;                           // low above high where there is nothing
-  bool tight = true;                       // no smaller box holds it, but for rounding
+  bool tight = true;                       // No smaller box holds it, but for rounding.
   bool unbounded = false;                  // a half-space: it does not count for the scene
 };
 

@@ -19,7 +19,7 @@ struct Piecewise2d {
   // Where to look in a CDF: entry k of a row's guide is the cell in which k / (entries - 1) lies [Chen & Asau
   // 1974].
   std::int32_t marginal_guides = 0, conditional_guides = 0;  // entries of a row, a power of two plus one
-  BigArray<std::int32_t> marginal_guide;                     // one row
+  BigArray<std::int32_t> marginal_guide;                     // guide of the one marginal row
   BigArray<std::int32_t> conditional_guide;                  // height rows
 
   /// `weights` are row-major, rows from v = 0 on; not normalised. Negative or non-finite weights count as

@@ -17,7 +17,7 @@ class JobSpec;
 namespace tessera::render {
 
 struct QueryOptions {
-  std::string isa;  // one of supported_isas()
+  std::string isa;  // an entry of supported_isas()
   float time = 0;   // 0 (the shutter opens) to 1
   int threads = 1;  // used for building
 };

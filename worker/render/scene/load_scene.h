@@ -54,7 +54,7 @@ class SharedContents {
 };
 
 struct LoadOptions {
-  std::string isa;                     // one of supported_isas()
+  std::string isa;                     // an entry of supported_isas()
   int threads = 1;                     // threads that build
   SharedContents* contents = nullptr;  // shared by the scenes loaded before, where there may be any
   // Called, where there is one, when the tables are filled: before the BVH is built, the moment of most

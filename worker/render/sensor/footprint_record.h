@@ -12,7 +12,8 @@ struct FootprintRecord {
   float x[3] = {1, 0, 0}, y[3] = {0, 1, 0}, z[3] = {0, 0, 1}, place[3] = {0, 0, 0};
   bool parallel = false;  // rays: `spread` is a length, else an angle in radians
   float spread_x = 0, spread_y = 0;
-  float least_cosine = 1;  // of the angle to the axis: up to there, pixels of a flat raster become smaller
+  /// Cosine of the angle to the axis up to which pixels of a flat raster become smaller.
+  float least_cosine = 1;
 };
 
 /// `part`: of a pixel's width; 0: no footprints.

@@ -15,7 +15,7 @@ namespace tessera::render::TESSERA_ISA {
 struct SensorSample {
   Vec2 raster;  // pixels from the upper left corner
   Vec2 u_lens;  // uniform in the unit square; models without a lens do not look at it
-  Float time;   // from 0 (the shutter opens) to 1; sensors that stand still do not look at it
+  Float time;   // time from 0 (the shutter opens) to 1; sensors that stand still do not look at it
 };
 /// The sample in the middle of the lens at this place, when the shutter opens.
 TESSERA_INLINE SensorSample middle_sample(Vec2 raster) {
@@ -29,7 +29,7 @@ TESSERA_INLINE Vec2 middle_of_raster(const SensorRecord& sensor) {
 struct SensorRay {
   Vec3 origin;     // render space
   Vec3 direction;  // unit length
-  Float weight;    // of the radiance that arrives along the ray; 0 where it is not valid
+  Float weight;    // weight of the radiance that arrives along the ray; 0 where it is not valid
   Mask valid;      // the ray leaves the sensor
 };
 
@@ -43,7 +43,7 @@ struct SensorConnection {
   // The density of one sample of the pixel, by area across the ray at the point, given the point of the lens.
   // Importance is this times the weight of the ray.
   Float density;
-  Float open_part;  // of the way from the point to the lens: things beyond are too near to be seen
+  Float open_part;  // part of the way from the point to the lens: things beyond are too near to be seen
   Mask valid;       // the point is within what the sensor sees
 };
 

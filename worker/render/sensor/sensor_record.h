@@ -90,8 +90,8 @@ struct SensorRecord {
   // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no
   // limit.
   float near_clip = 0, far_clip = 0;
-  std::int32_t width = 1, height = 1;  // of the raster, pixels
-  std::int32_t medium = -1;            // that the sensor stands in
+  std::int32_t width = 1, height = 1;  // size of the raster, pixels
+  std::int32_t medium = -1;            // medium that the sensor stands in
   Response response;
 };
 

@@ -29,7 +29,7 @@ constexpr std::int32_t upper_part(std::int64_t place) {
 /// Sets InstanceRecord::first_place of all instances. Objects follow those that they hold, and there are less
 /// than 2^62 places.
 inline void number_places(ShapeTable& table) {
-  std::vector<std::int64_t> tree_sizes;  // one for each object
+  std::vector<std::int64_t> tree_sizes;  // sizes of the trees, one for each object
   const auto number = [&](std::span<InstanceRecord> neighbours) {
     std::int64_t next = 0;
     for (InstanceRecord& instance : neighbours) {

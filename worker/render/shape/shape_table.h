@@ -40,7 +40,7 @@ enum class ShapeKind : std::int32_t {
 
 /// Bits of ShapeRecord::flags.
 enum ShapeFlags : std::int32_t {
-  kFlipNormal = 1,  // all but kTriangles: the geometric normal is the negative of the kind's own. Triangles
+  kFlipNormal = 1,  // The kind's own geometric normal is reversed; without meaning for kTriangles, which
                     // are wound so that cross(p1 - p0, p2 - p0) is the geometric normal.
   kHasNormals = 2,  // shading normals
   kHasUvs = 4,
@@ -125,11 +125,11 @@ struct SdfGridRecord {
 };
 
 struct InstanceRecord {
-  Affine render_from_instance;  // those that move: when the shutter opens
+  Affine render_from_instance;  // map of an instance; of one that moves, the map when the shutter opens
   Affine instance_from_render;
   std::int32_t object = 0;       // index in ShapeTable::objects
-  std::int32_t first_step = 0;   // those that move: in ShapeTable::motion_steps
-  std::int32_t segments = 0;     // between its steps; 0: it stands still
+  std::int32_t first_step = 0;   // index in ShapeTable::motion_steps of an instance that moves
+  std::int32_t segments = 0;     // number of segments between its steps; 0: it stands still
   std::int32_t number = 0;       // number in the scene, from 1 on; 0: a shape of the scene's own that moves
   std::int64_t first_place = 0;  // number of its object's place, counted from the first of its neighbours
   std::int32_t padding[2] = {};
@@ -150,7 +150,7 @@ struct ShapeTable {
   // The first shapes stand in the world, those of objects follow. The last are the solids that kCsg combines,
   // which rays meet as parts of it alone.
   std::int32_t world_shape_count = 0;
-  std::vector<ObjectRange> objects;  // after those that they place
+  std::vector<ObjectRange> objects;  // objects, each after those that it places
   std::vector<QuadricRecord> quadrics;
   std::vector<Facet> facets;
   std::vector<SdfGridRecord> sdf_grids;

@@ -26,7 +26,7 @@ struct Surface {
   Vec3 ng;      // geometric normal, unit
   Vec3 ns;      // shading normal, unit, on the side of ng
   Vec2 uv;
-  Vec3 dpdu, dpdv;  // only with `want_tangents`
+  Vec3 dpdu, dpdv;  // set with `want_tangents` alone
   Int material;
   Int light;  // -1: does not emit
   Int shape, primitive;

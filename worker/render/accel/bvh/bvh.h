@@ -26,7 +26,7 @@ struct alignas(64) BvhNode {
 static_assert(sizeof(BvhNode) == 64);
 
 struct Bvh {
-  WideTree wide;            // the same tree; empty unless it was asked for
+  WideTree wide;            // the same tree folded wide; empty unless it was asked for
   BigArray<BvhNode> nodes;  // depth first, the root first; none where there are no primitives
   StructureFigures figures;
 };
@@ -34,7 +34,7 @@ struct Bvh {
 /// How a set of primitives is parted.
 enum class BvhRule {
   kMedian,  // along the longest axis at the median object
-  kSah,     // where the surface area heuristic finds least cost
+  kSah,     // cut where the surface area heuristic finds least cost
 };
 
 /// Leaves of kMedian hold up to so many; those of kSah as many as the heuristic likes, up to kMostInLeaf.

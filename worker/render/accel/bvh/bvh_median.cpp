@@ -6,7 +6,7 @@ namespace tessera::render {
 std::size_t part_at_median(std::span<BvhRef> refs, const Box& centres) {
   const int axis = centres.longest_axis();
   const std::size_t half = refs.size() / 2;
-  // By number where centres are equal: identical primitives part evenly, and always the same way.
+  // Equal centres are sorted by number: identical primitives part evenly, and always the same way.
   std::nth_element(refs.begin(), refs.begin() + static_cast<std::ptrdiff_t>(half), refs.end(),
                    [axis](const BvhRef& a, const BvhRef& b) {
                      const float ca = a.box.centre(axis), cb = b.box.centre(axis);

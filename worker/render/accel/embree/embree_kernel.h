@@ -17,7 +17,7 @@ struct GeometryCallbacks {
   RTCIntersectFunctionN intersect = nullptr;
   RTCOccludedFunctionN occluded = nullptr;
   RTCFilterFunctionN filter_alpha = nullptr;
-  // Of the geometry of an object's instances of others (inner_geometry.h).
+  // Callbacks of the geometry of an object's instances of others (inner_geometry.h).
   RTCIntersectFunctionN intersect_inner = nullptr;
   RTCOccludedFunctionN occluded_inner = nullptr;
 };

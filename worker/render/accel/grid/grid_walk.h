@@ -71,7 +71,7 @@ void walk(const Grid& grid, const Box&, const Ray& ray, Visitor& visitor) {
     for (std::uint32_t i = begin; i < end; ++i) {
       if (met.add(grid.items[i]) && visitor.meet(grid.items[i])) return;
     }
-    // What a float rounds to `reach` may lie a little further.
+    // A distance that a float rounds to `reach` may be a little larger.
     if (ends || visitor.reach() * (1 + 0x1p-22) < left) return;
     leave[axis] = plane_ahead(axis);
   }

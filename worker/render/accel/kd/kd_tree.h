@@ -18,13 +18,13 @@ struct KdNode {
   std::int32_t child[2] = {-1, -1};  // below the plane, and above it (CellTree)
 };
 struct KdTree : CellTree<KdNode> {
-  WideTree wide;  // the same tree; empty unless it was asked for
+  WideTree wide;  // the same tree folded wide; empty unless it was asked for
 };
 
 /// How a cell is parted.
 enum class KdRule {
   kMedian,  // axes take turns; at the median of what lies in it
-  kSah,     // where the surface area heuristic finds least cost
+  kSah,     // cut where the surface area heuristic finds least cost
 };
 
 /// A primitive while a tree is built: bounds of its part within the cell.
@@ -38,7 +38,7 @@ struct KdSplit {
   int axis = -1;  // -1: none
   float place = 0;
   double cost = std::numeric_limits<double>::infinity();
-  bool flat_below = true;  // what lies in the plane goes to the cell below
+  bool flat_below = true;  // Triangles that lie in the plane go to the cell below.
 };
 
 /// The two ways to choose a plane for a cell.
@@ -62,7 +62,7 @@ absl::Status build_tree(const StructureOptions& options, std::vector<Primitive>&
 /// Expected cost of a ray that meets the tree's box.
 double kd_sah_cost(const KdTree& tree);
 
-/// Those of the cells, of the tree folded wide, and the cost.
+/// Figures of the cells and of the tree folded wide, and the cost.
 StructureFigures figures_of(const KdTree& tree);
 
 }  // namespace tessera::render

@@ -1,4 +1,4 @@
-// What can be said of a structure without asking it anything.
+// Figures of a structure that need no ray.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// What structures hold: one record for whatever a ray may meet, with all that its test reads.
+// The elements of structures: one record for whatever a ray may meet, with all that its test reads.
 #pragma once
 
 #include <cstdint>

@@ -45,7 +45,7 @@ class SceneStructure : public RayStructure {
 /// A list of primitives and what is built over it.
 template <class Tree>
 struct Level {
-  std::vector<Primitive> primitives;  // in the tree's order, where it has one
+  std::vector<Primitive> primitives;  // primitives in the tree's order, where it has one
   Tree tree;
   Box box;
   float largest = 0;  // coordinate of the box

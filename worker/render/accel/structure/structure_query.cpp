@@ -245,7 +245,7 @@ class StructureQuery final : public RayQuery {
     Found found{.t = distance};
     if (structure_.has_shadow_cache()) {
       Way& last = ShadowCache::of(number_).at_end_of(ray, distance, cell_);
-      // Whatever blocks the ray would be met by the walk, too: only the order is another.
+      // The walk would meet the blocker, too: only the order is another.
       if (last.length > 0 && tracer<true>(ray, found, visits).meet_end_of(last)) return true;
       found.way = &last;
     }

@@ -129,7 +129,7 @@ class WideStack {
   bool empty() const { return size_ == 0; }
   std::uint64_t pop() { return waiting_[--size_]; }
 
-  /// Those of `met`; where `in_order`, the farthest first.
+  /// Pushes the children of `met`; where `in_order`, the farthest first.
   TESSERA_INLINE void push(std::int32_t node, std::uint32_t met, const float (&enter)[kWidth],
                            bool in_order) {
     std::uint64_t* const place = waiting_ + size_;

@@ -36,7 +36,7 @@ TESSERA_INLINE Spectrum tinted_normal_reflectance(const BsdfParams& params, Spec
 /// In `lanes`, where Disney's "specular" was looked up in place of the index: the index with which a
 /// dielectric has 0.08 times that as its reflectance along the normal.
 TESSERA_INLINE void principled_index_of_specular(Mask lanes, BsdfParams& params) {
-  constexpr float kLeast = 1e-3f;  // without a change of index nothing is refracted
+  constexpr float kLeast = 1e-3f;  // Nothing is refracted without a change of index.
   const Float specular = clamp(params.scalars[slot::kEta], kLeast, 1.0f);
   params.scalars[slot::kEta] =
       select(lanes, 2.0f / (1.0f - sqrt(0.08f * specular)) - 1.0f, params.scalars[slot::kEta]);

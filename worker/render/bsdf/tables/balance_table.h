@@ -32,7 +32,7 @@ inline constexpr int kBalanceFactors = kBalanceKept + kBalanceRows;
 
 /// Purpose of a table.
 struct BalancedFacets {
-  float alpha_x = 0, alpha_y = 0;  // not both below kSmoothAlpha (microfacet.h)
+  float alpha_x = 0, alpha_y = 0;  // roughness; not both below kSmoothAlpha (microfacet.h)
   bool textured = false;  // any roughness from 0 to 1, the same along x and y; the above do not count then
   bool beckmann = false;
   bool separable_masking = false;

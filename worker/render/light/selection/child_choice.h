@@ -14,7 +14,7 @@ class ChildChoice {
   struct Picked {
     Int child;
     Float probability;  // zero where no light reaches
-    Float u;            // what is left of the number that chose, uniform in [0, 1) again
+    Float u;            // rest of the number that chose, uniform in [0, 1) again
   };
 
   /// All points at `node`, which has `size` children: child by child.

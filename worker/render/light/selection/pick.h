@@ -9,7 +9,7 @@ namespace tessera::render::TESSERA_ISA {
 struct LightPick {
   Int light;
   Float pmf;    // probability of this light, given the receiver
-  Float u;      // what is left of the number that picked it, uniform in [0, 1) again
+  Float u;      // rest of the number that picked it, uniform in [0, 1) again
   Mask picked;  // there is one: no light can reach the others
 };
 

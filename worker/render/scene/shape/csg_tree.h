@@ -20,7 +20,7 @@ struct CsgTree {
   std::vector<Node> nodes;  // the whole is the first; operands stand behind their group
   struct Solid {
     const v1::Shape* shape;
-    std::int32_t operand;  // its number among those of the message
+    std::int32_t operand;  // number among the operands of the message
   };
   std::vector<Solid> solids;
   std::list<v1::Shape> bounds;  // solids that close implicit surfaces

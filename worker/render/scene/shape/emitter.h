@@ -12,7 +12,7 @@ namespace tessera::render {
 struct Emitter {
   std::int32_t shape = 0;  // index in ShapeTable::shapes
   const v1::AreaLight* light = nullptr;
-  std::string where;  // its place in the scene, for messages
+  std::string where;  // place in the scene, for messages
 };
 
 }  // namespace tessera::render

@@ -11,8 +11,8 @@ namespace tessera::render {
 
 struct ObjectPart {
   std::int32_t object = -1;  // index in ShapeTable::objects
-  Transform place;           // its placement in the holder's space; not read where it moves
-  std::vector<Motion> way;   // where it moves: the maps that lead to it, the outermost first
+  Transform place;           // placement in the holder's space; not read where it moves
+  std::vector<Motion> way;   // maps that lead to a part that moves, the outermost first
 
   bool moves() const { return !way.empty(); }
   /// Time 0 is when the shutter opens, 1 when it closes.

@@ -70,7 +70,7 @@ class TextureBuilder final : public TextureNodes {
   std::map<std::string, int> attribute_names_;
   std::map<std::pair<int, bool>, int> variants_;  // refiltered() of its arguments
   std::vector<bool> needed_;                      // nodes that need_images() has seen
-  std::vector<double> lookups_;                   // how many lookups a node takes; beyond the end: 1
+  std::vector<double> lookups_;                   // number of lookups that a node takes; beyond the end: 1
   int nesting_ = 0;
 };
 

@@ -18,7 +18,7 @@ struct CsgNode {
   // parent's box.
   float low[3] = {-1, -1, -1}, high[3] = {1, 1, 1};
   std::int32_t parent = -1;
-  std::int32_t end = 0;  // behind its last descendant
+  std::int32_t end = 0;  // index behind its last descendant
   std::int32_t weight = 1;
   std::int32_t threshold = 1;
   std::int32_t solid = -1;          // index in CsgRecord::solids; -1: a group
@@ -29,8 +29,8 @@ struct CsgNode {
 struct CsgSolid {
   double object_from_unit[12] = {};
   std::int32_t node = 0;
-  std::int32_t shape = -1;  // its record, in ShapeTable::shapes, where no structure looks
-  std::int32_t turned = 0;  // its own normal points into the whole
+  std::int32_t shape = -1;  // index of its record in ShapeTable::shapes, where no structure looks
+  std::int32_t turned = 0;  // 1: its own normal points into the whole
   std::int32_t mesh = -1;   // index in CsgRecord::meshes; else a model of analytic_shape.h, or kImplicit
 };
 

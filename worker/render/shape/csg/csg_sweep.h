@@ -43,7 +43,7 @@ class CsgCrossings {
 
   std::size_t count_ = 0;
   CsgCrossing fixed_[kFixed];
-  std::vector<CsgCrossing> rest_;  // all, once they are more than kFixed
+  std::vector<CsgCrossing> rest_;  // all crossings, once they are more than kFixed
 };
 
 /// A crossing of the whole's surface.

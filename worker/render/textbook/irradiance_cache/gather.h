@@ -12,12 +12,12 @@ namespace tessera::render::TESSERA_ISA {
 
 /// A point of a surface that a record is wanted for.
 struct RecordPlace {
-  float p[3], ng[3];  // and the geometric normal
+  float p[3], ng[3];  // place and geometric normal
   float error;        // Surface::error
   float n[3];         // unit, on the side that the light comes from
   float pixel;        // width of a pixel of the film there
   std::uint32_t random_key;
-  bool glossy;  // one of incoming radiance
+  bool glossy;  // a record of incoming radiance
 };
 
 class Gather final : private IrradianceCached {
@@ -26,7 +26,7 @@ class Gather final : private IrradianceCached {
   Gather(const IntegratorContext& context, const IrradianceCache* given);
 
   IrradianceRecord make_record(const RecordPlace& place);
-  /// Appends one of incoming radiance.
+  /// Appends a record of incoming radiance.
   void make_record(const RecordPlace& place, GlossyRecords& records);
 
  private:

@@ -12,7 +12,7 @@ namespace tessera::render::TESSERA_ISA {
 
 /// Lanes whose light a cache can hold.
 struct Cacheable {
-  Mask even;    // the same towards all directions: irradiance
+  Mask even;    // light that is the same towards all directions: irradiance
   Mask glossy;  // incoming radiance in spherical harmonics
 
   Mask any() const { return even | glossy; }

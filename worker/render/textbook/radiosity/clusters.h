@@ -13,7 +13,7 @@ struct Cluster {
   Vec centre;  // centre of a sphere that holds all of its sides
   double radius = 0;
   double area = 0;                     // sum over its sides
-  std::uint32_t first = 0, count = 0;  // its sides: a range of Clusters::order_
+  std::uint32_t first = 0, count = 0;  // range of its sides in Clusters::order_
   std::uint32_t children[2] = {0, 0};  // clusters of more than one side: numbers of the two halves
 };
 

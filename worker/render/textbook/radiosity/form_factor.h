@@ -34,7 +34,7 @@ struct View {
   double factor[kPoints] = {0, 0, 0};
 
   double largest() const;
-  double spread() const;  // between the largest and the smallest
+  double spread() const;  // difference of the largest and the smallest
   double mean() const { return (factor[0] + factor[1] + factor[2]) / kPoints; }
 };
 View view(const Patch& receiver, const Patch& source);

@@ -27,7 +27,7 @@ using Link = wire::RadiosityLink;
 struct DirectLight {
   Name receiver;
   Colour irradiance;
-  std::uint32_t lights = 0;  // how many
+  std::uint32_t lights = 0;  // number of lights
 };
 static_assert(sizeof(DirectLight) == sizeof(wire::DirectLightBytes) &&
               offsetof(DirectLight, irradiance) == offsetof(wire::DirectLightBytes, irradiance));

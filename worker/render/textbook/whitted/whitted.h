@@ -57,7 +57,7 @@ class Whitted final : public Integrator {
   std::vector<PathObserver*> observers_;
   PathState camera_rays_;
   HitState hits_;
-  std::vector<Encounter> encounters_;  // one for each packet of rays
+  std::vector<Encounter> encounters_;  // encounters, one for each packet of rays
   ConnectionQueue shadows_;
   std::vector<std::unique_ptr<Level>> levels_;
 };

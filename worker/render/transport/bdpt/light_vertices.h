@@ -19,8 +19,8 @@ struct LightVertex {
   [[no_unique_address]] Wavelengths wavelengths;
   Int dispersed;  // PathFields::dispersed
   PartialWeights weights;
-  Vertex vertex;    // its wo points back to the light
-  Int layer_state;  // before the event that the vertex is; where there are layers
+  Vertex vertex;    // vertex whose wo points back to the light
+  Int layer_state;  // state before the event that the vertex is; set where there are layers
 };
 
 /// Those of a batch, by event and packet. Memory is kept for the next batch.

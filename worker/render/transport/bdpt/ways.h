@@ -27,7 +27,7 @@ struct EyeVertex {
 struct WayLight {
   Spectrum unweighted;
   Float weight;
-  WideConnection ray;  // its contribution is left open
+  WideConnection ray;  // ray whose contribution is left open
   Vec3 w;              // unit, to where the light comes from
   Mask shines;
 };

@@ -15,8 +15,8 @@ namespace tessera::render::TESSERA_ISA {
 /// The guide at 16 points.
 struct Guided {
   Mask known;     // there is a density
-  Mask followed;  // and following it pays
-  Int density;    // its number in the field
+  Mask followed;  // There is a density, and following it pays.
+  Int density;    // number of the density in the field
 };
 
 class GuideField final : public Prepared {

@@ -62,13 +62,13 @@ class Chains {
   struct Path {
     int events, from_light;
     float way;             // coordinate that from_light follows from
-    std::uint32_t number;  // its number among the random numbers of family_key_
+    std::uint32_t number;  // number of the chain among the random numbers of family_key_
     float x, y;
     float light[kResponseChannels];
     float brightness;
   };
   struct Chain : Path {
-    float weight = 0;  // its path's weight, gathered while the chain stays there
+    float weight = 0;  // weight of its path, gathered while the chain stays there
   };
   /// Offers to each chain.
   struct alignas(64) Offers {

@@ -140,10 +140,10 @@ class PathReuse final : public PathObserver {
   SpectrumLanes light_, found_;             // kLight, kFound: what comes along to_light_ and on_
   Lanes<float> light_pdf_, found_pdf_;      // densities with which samples of lights find that
   SpectrumLanes suffix_;                    // kEven: what is sent back; kBeyond: what comes along on_
-  Lanes<float> by_light_, by_found_, by_suffix_;  // one over the densities with which the group finds these
+  Lanes<float> by_light_, by_found_, by_suffix_;  // reciprocal densities with which the group finds these
   // Samples that take part: with a first surface, with a second one that scatters evenly, with others
   Samples firsts_, evens_, glossies_;
-  Lanes<std::int32_t> place_in_firsts_;  // one for each sample; -1: none
+  Lanes<std::int32_t> place_in_firsts_;  // place of each sample; -1: none
   // One for each pair
   Pairs pdf_;             // density by area of the second surface; 0: not found from there
   SpectrumPairs weight_;  // weight of the light that is sent back there

@@ -66,7 +66,7 @@ class PhotonMapper final : public Integrator {
   Kind caustics_, others_;
   std::optional<std::uint32_t> mapped_;  // the pass whose photons the maps have
   std::uint32_t photons_named_ = 0;
-  int halvings_ = 0;  // how often the photons kept have been halved
+  int halvings_ = 0;  // times that the photons kept have been halved
 
   SampleBatch batch_;
   int alive_ = 0;

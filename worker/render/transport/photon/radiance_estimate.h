@@ -12,7 +12,7 @@ using RadianceMap = PhotonMap<PhotonFields>;
 
 /// One photon of each estimate, drawn with a probability in proportion to the light that it brings.
 struct DrawnPhoton {
-  UInt random;  // in: decides which
+  UInt random;  // given: decides which
   // Undefined where the estimate is black.
   Vec3 position = {};
   Vec3 direction = {};  // points to where it came from

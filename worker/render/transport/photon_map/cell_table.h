@@ -62,7 +62,8 @@ class CellTable {
   double cells_per_unit_ = 0;
   double margin_ = 0;  // the radius, and more than roundings of distances may add
   std::uint64_t mask_ = 0;
-  BigArray<std::int32_t> first_;      // where the points of each number begin, and the end; empty: no points
+  /// Index at which the points of each number begin, and the end; empty: no points.
+  BigArray<std::int32_t> first_;
   BigArray<std::uint32_t> of_point_;  // numbers; kept for their memory
 };
 

@@ -11,7 +11,7 @@ namespace tessera::render::dimension {
 // Paths from the eye.
 inline constexpr int kFilm = 0;
 inline constexpr int kLens = 1;
-inline constexpr int kTime = 2;  // and wavelength; of paths from lights, too
+inline constexpr int kTime = 2;  // time and wavelength; paths from lights have it, too
 inline constexpr int kFirstEvent = 3;
 // Pairs of each scattering event
 inline constexpr int kBsdfDirection = 0;

@@ -14,7 +14,7 @@ template <class Numbers>
 struct NumberedEncounter {
   WidePath path;
   Hit hit;
-  Receiver reference;  // where the path was last scattered
+  Receiver reference;  // place where the path was last scattered
   Numbers numbers;
   int depth;                     // scattering events before this one
   int first_pair;                // number of this event's first pair of dimensions

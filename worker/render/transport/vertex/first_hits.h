@@ -61,7 +61,7 @@ class FirstHits {
   void record_motion(const Hit& found, Int slot, Mask hit);
 
   const SceneTables& scene_;
-  alignas(64) Lanes<float> values_[kValues];  // one for each channel; kPosition: in render space
+  alignas(64) Lanes<float> values_[kValues];  // values, one for each channel; kPosition: in render space
   alignas(64) Lanes<float> time_;
 };
 

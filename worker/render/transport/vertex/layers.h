@@ -111,7 +111,7 @@ TESSERA_INLINE Int light_state_after(const SceneTables& scene, const Vertex& v, 
 /// Layers of the light that is gathered at 16 vertices of paths from the eye from photons around them.
 struct GatheredLayers {
   const SceneTables& scene;
-  Int state;  // before the event that the vertex is
+  Int state;  // state before the event that the vertex is
   LobeChoice choice;
   LayerSums sums;
 

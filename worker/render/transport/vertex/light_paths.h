@@ -25,7 +25,7 @@ struct LightEvent {
   Sampler sampler;
   int depth;       // events before this one
   int first_pair;  // number of this event's first pair of dimensions
-  Vertex vertex;   // its wo points back to the light
+  Vertex vertex;   // vertex whose wo points back to the light
 
   // The vertex is large and filled in later: it is not zeroed.
   LightEvent(const WidePath& wide_path, const Sampler& numbers, int number)

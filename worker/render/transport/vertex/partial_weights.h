@@ -45,7 +45,7 @@ struct UnitArea {
 /// [Georgiev 2012] d^VCM and d^VC.
 struct PartialWeights {
   Float last;  // the join of the vertex with the one before it, without the density of the vertex itself
-  Float rest;  // all joins further back, without that density and that of the vertex before
+  Float rest;  // sum of all joins further back, without that density and that of the vertex before
 
   /// The subpath has met its next vertex, this far away, squared, in unit areas, and under this cosine with
   /// its surface (1 in media).

@@ -10,7 +10,7 @@ namespace tessera::render::TESSERA_ISA {
 /// Light that paths have come to: a lamp, or the sky behind everything.
 struct MetLight {
   Int light;         // index in the scene's table
-  bool at_infinity;  // the same for all lanes
+  bool at_infinity;  // true or false for all lanes alike
   Mask lanes;
   Spectrum radiance;  // radiance that comes along the path
   Mask weighed;       // lanes in which samples of lights could have found it ...
@@ -24,7 +24,7 @@ struct SampledLight {
   const LightSample& sample;
   Spectrum radiance;   // the sample's, as the path carries it
   Float pdf;           // density of the light and the direction together
-  Float weight;        // among other ways to find that light
+  Float weight;        // weight among other ways to find that light
   Mask lanes;          // lanes in which the light can be reached if nothing is between
   WideConnection ray;  // carries the light's contribution, which may be changed
 };

@@ -53,8 +53,8 @@ class SensorJoins {
   const SceneTables& scene_;
   const RayQuery& rays_;
   RenderStats& stats_;
-  ConnectionQueue connections_;               // its slots are places in the next arrays
-  alignas(64) Lanes<float> film_x_, film_y_;  // where they land
+  ConnectionQueue connections_;               // connections whose slots are places in the next arrays
+  alignas(64) Lanes<float> film_x_, film_y_;  // places where they land
   [[no_unique_address]] WavelengthLanes wavelengths_;
   Transit transit_;  // volumetric scenes only, like the next
   HitState hits_;

@@ -16,8 +16,8 @@ namespace tessera::render::TESSERA_ISA {
 /// Sixteen such points.
 struct Vertex {
   Vec3 wo;          // unit, back along the path
-  Float time;       // the same along the path
-  Surface surface;  // only its `p` in media
+  Float time;       // time, the same along the path
+  Surface surface;  // surface; in media only its `p` is set
   Interaction at;   // the surface's material included
   // Volumetric scenes only
   Mask in_medium = Mask::none();

@@ -24,7 +24,7 @@ struct FacetMatter {
   bool filmed, disperses;
   Mask active, inside;
   Float eta;                 // index of the other side over that of wo's
-  Spectrum etas;             // the same for each channel, where it disperses
+  Spectrum etas;             // index of each channel, where it disperses
   Spectrum base;             // base colour
   Float metal, glass;        // shares: metal, what refracts
   Float share;               // share of the facets that is dielectric

@@ -38,8 +38,8 @@ struct Layers : FacetMatter {
   Spectrum sheen;
   LayerRows coat_rows, sheen_rows;
   LayerEnergy out;                    // energy of the facets, along wo
-  Float coat_out, sheen_out;          // what coat and sheen reflect of light along wo
-  Float base_out;                     // what the dielectric leaves of it to the base
+  Float coat_out, sheen_out;          // part of the light along wo that coat and sheen reflect
+  Float base_out;                     // part of it that the dielectric leaves to the base
   Float to_above, to_below, to_coat;  // probabilities; the rest goes to the facets
 
   /// `upper_normal` is that of the coat, in the frame that wo is in.
