@@ -19,18 +19,18 @@ struct PassShare {
 };
 
 /// Returns what the paths of a pass share. Where things move, the times of two or more passes are spread over
-/// the exposure as a pixel's samples are. Where light has wavelengths, steps of the golden ratio spread those
-/// of the passes evenly, and their other lanes, a quarter apart, between one another. `seed` is the
-/// sampler's.
+/// the exposure as a pixel's samples are. Where light has wavelengths, steps of a quarter of the golden ratio
+/// (1.618) spread the lanes, which are a quarter apart, evenly between one another, and the first lanes over
+/// all wavelengths. `seed` is the sampler's.
 inline PassShare share_of_pass(const SceneTables& scene, std::uint64_t seed, std::uint32_t pass) {
-  constexpr std::uint32_t kGoldenStep = 0x9e3779b9u;  // of 2^32
+  constexpr std::uint32_t kStep = 0x678dde6eu;  // of 2^32
   PassShare share;
   const UInt key = Sampler::pixel_hash(seed, UInt(0u), UInt(0x50617373u));
   if (scene.any_motion) {
     const Sampler passes(scene.sampler.kind, key, reverse_bits(UInt(pass)));
     share.time = passes.get_2d(dimension::kTime).x.lane(0);
   }
-  if (kSpectral) share.wavelength = to_unit_float(hash(key) + UInt(pass * kGoldenStep)).lane(0);
+  if (kSpectral) share.wavelength = to_unit_float(hash(key) + UInt(pass * kStep)).lane(0);
   return share;
 }
 
