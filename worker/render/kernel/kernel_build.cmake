@@ -8,7 +8,7 @@ endforeach()
 string(SHA256 digest "${digests}")
 string(SUBSTRING ${digest} 0 12 digest)
 file(WRITE ${OUT} "extern \"C\" {
-extern const char tessera_kernel_build[];
-__attribute__((visibility(\"default\"))) const char tessera_kernel_build[] = \"${VERSION}-${digest}\";
+extern __attribute__((visibility(\"default\"))) const char tessera_kernel_build[];
+const char tessera_kernel_build[] = \"${VERSION}-${digest}\";
 }
 ")
