@@ -41,14 +41,19 @@ void define(options::Command& command, const wire::SettingField& setting, v1::Re
   const auto take = [&setting, &settings, is_flag](const std::string& text) {
     return wire::set_setting(setting, is_flag && text.empty() ? "on" : text, settings);
   };
-  options::Option option =
-      command.add_read_by(absl::StrCat("--", setting.name).c_str(), take, traits.about().c_str());
+  // The help has the first half sentence about words of a language of their own; `tessera settings NAME` has
+  // all.
+  const std::size_t colon =
+      type == FieldDescriptor::CPPTYPE_STRING ? traits.about().find(':') : std::string::npos;
+  const bool is_cut = traits.option() && colon != std::string::npos;
+  const std::string about = is_cut ? traits.about().substr(0, colon) : traits.about();
+  options::Option option = command.add_read_by(absl::StrCat("--", setting.name).c_str(), take, about.c_str());
   option.type_name(!traits.value().empty()                   ? traits.value().c_str()
                    : is_word                                 ? "NAME"
                    : type == FieldDescriptor::CPPTYPE_DOUBLE ? "X"
                                                              : "N");
   if (is_flag) option.as_flag();
-  if (!traits.usual().empty()) option.with_default(traits.usual().c_str());
+  if (!traits.usual().empty() && !is_cut) option.with_default(traits.usual().c_str());
   if (traits.has_most()) option.in_range(traits.least(), traits.most());
   if (type == FieldDescriptor::CPPTYPE_ENUM) {
     const std::vector<options::Choice> choices = choices_of(*setting.field->enum_type());

@@ -190,22 +190,22 @@ TEST(JobFaults, OfSpectra) {
   constexpr Hostile kSpectra[] = {
       {"materials { name: 'a' diffuse { reflectance { constant { sampled { wavelengths_nm: [400, 500] "
        "values: [1, -1] } } } } }",
-       "material 'a': spectrum: the value of a spectrum at 500 nm is -1, which is negative"},
+       "material (a): spectrum: the value of a spectrum at 500 nm is -1, which is negative"},
       {"materials { name: 'b' conductor { eta { constant { named: 'metal-Au-eta' } } k { constant { named: "
        "'metal-Auk' } } } }",
-       "material 'b': index of refraction: no spectrum is called 'metal-Auk'; did you mean 'metal-Au-k'?"},
+       "material (b): index of refraction: no spectrum is called 'metal-Auk'; did you mean 'metal-Au-k'?"},
       {"materials { name: 'c' dielectric { eta { named: 'glass-BK8' } } }", "did you mean 'glass-BK7'?"},
       {"materials { name: 'd' dielectric { eta { named: 'glass-BK7' } } }", ""},
       {"media { name: 'e' extinction { constant { sampled { wavelengths_nm: [700, 400] values: [1, 1] } } } "
        "}",
-       "medium 'e': extinction: spectrum: wavelengths of a spectrum must ascend"},
+       "wavelengths of a spectrum must ascend"},
       {"media { name: 'f' albedo { constant { sampled { wavelengths_nm: [400] } } } }",
-       "medium 'f': scattering: spectrum: a spectrum needs one value a wavelength"},
+       "a spectrum needs one value a wavelength"},
       {"lights { point { intensity { named: 'stdillum-D6' } } }", "did you mean 'stdillum-D65'?"},
       {"lights { point { intensity { sampled { wavelengths_nm: [0.4, 0.7] values: [1, 1] } } } }",
        "none from 300 to 1000 nm"},
       {"lights { point { intensity { blackbody { } } } }", "a blackbody of 0 K is not above 0 K"}};
-  expect_all_told("path", kSpectra);
+  expect_all_told("volpath", kSpectra);
 }
 
 TEST(JobFaults, OfTheFilmsOwnSensitivities) {

@@ -34,7 +34,7 @@ TEST(Algorithms, KernelsForWavelengthsHaveThoseThatCarryThem) {
   for (const std::string& isa : supported_isas()) {
     std::set<std::string> own;
     for (const Algorithm& algorithm : find_kernel(isa, KernelLight::kWavelengths)->algorithms)
-      own.insert(algorithm.name);
+      own.emplace(algorithm.name);
     for (const wire::AlgorithmTraits& traits : wire::algorithms())
       EXPECT_EQ(own.contains(traits.name), traits.wavelengths) << traits.name << ", " << isa;
   }

@@ -25,7 +25,8 @@ class DispersionTest : public testing::Test {
     record.flags = kAllDelta | kUsesAlphas | kUsesEta | kTransmits | kDisperses;
     const auto curve = builder_.add_varying([this](double nm) { return formula_.eta(nm); });
     ASSERT_TRUE(curve.has_value());
-    record.scalars[slot::kEta] = {static_cast<float>(formula_.eta(589.3)), kFirstCurve - *curve};
+    record.scalars[slot::kEta].value = static_cast<float>(formula_.eta(589.3));
+    record.eta_curve = *curve;
   }
 
   BsdfParams params_at(const Wavelengths& wavelengths) const {

@@ -125,7 +125,7 @@ TEST_F(SpectraTest, DensitiesAreBelowTwiceTheirColours) {
     const std::array<float, 3> color = {
         scale * uniform(random), scale * uniform(random) * (i % 3 == 0 ? 0 : 1), scale * uniform(random)};
     const float largest = *std::ranges::max_element(color);
-    const Wavelengths wavelengths = sample_wavelengths(&tables_, [&] { return Float(uniform(random)); });
+    const Wavelengths wavelengths = sample_wavelengths(sensor_, [&] { return Float(uniform(random)); });
     const Spectrum density =
         Spectra(&tables_, wavelengths)
             .density(color_of([&](int c) { return Float(color[static_cast<std::size_t>(c)]); }), Mask::all());
