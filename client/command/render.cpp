@@ -246,7 +246,7 @@ void add_render_command(CommandLine& line) {
   command.group("Output");
   command
       .add("--display", options->display,
-           "show the picture as it grows: in browsers of this machine, or in the viewer tev")
+           "show the picture as it grows")
       .one_of({"web", "tev"});
   command.add("--checkpoint", options->checkpoint, "keep results here; the same command goes on")
       .type_name("FOLDER");

@@ -8,6 +8,7 @@ wants more than the functions here: `scene.message`. Spaces: world space is any,
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TypeVar
 
 import numpy.typing as npt
 from google.protobuf import text_format
@@ -21,11 +22,12 @@ from tessera.v1 import blob_ref_pb2, camera_pb2, scene_pb2, settings_pb2, value_
 __all__ = ["Blob", "Material", "Scene", "Texture", "look_at", "translate"]
 
 _FILTERS = {kind.lower(): number for kind, number in camera_pb2.PixelFilter.Kind.items()}
-_FISHEYES = {name.lower(): number for name, number in camera_pb2.FisheyeCamera.Mapping.items()}
-_SPHERES = {name.lower(): number for name, number in camera_pb2.SphericalCamera.Mapping.items()}
+_FISHEYES = {kind.lower(): number for kind, number in camera_pb2.FisheyeCamera.Mapping.items()}
+_SPHERES = {kind.lower(): number for kind, number in camera_pb2.SphericalCamera.Mapping.items()}
+_Kind = TypeVar("_Kind")
 
 
-def _choice(choices: dict[str, int], name: str, what: str) -> int:
+def _choice(choices: dict[str, _Kind], name: str, what: str) -> _Kind:
     if name not in choices:
         raise ValueError(f"there is no {what} '{name}'; there are {', '.join(choices)}")
     return choices[name]
@@ -95,7 +97,7 @@ class Scene(Materials, Shapes, Lights):
         mapping: str = "equirectangular",
         clip: tuple[float, float] = (0.0, 0.0),
     ) -> None:
-        """All directions, +y of camera space up: equirectangular or equal_area_octahedral. The middle of an
+        """All directions, +y of camera space up; `mapping` is one of SphericalCamera.Mapping. The middle of an
         equirectangular picture looks along -x, its right part along -z."""
         camera = self._camera()
         camera.spherical.mapping = _choice(_SPHERES, mapping, "mapping of a sphere")

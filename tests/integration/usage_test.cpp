@@ -374,8 +374,9 @@ TEST(Usage, AWorkerRefusesModulesOfAnotherBuildByName) {
   const support::TempDir folder;
   for (const char* const name : {"bin", "lib"}) std::filesystem::create_directory(folder.path() / name);
   std::filesystem::copy(worker_program(), folder.path() / "bin");
+  const std::filesystem::path programs = std::filesystem::path(worker_program()).parent_path().parent_path();
   for (const char* const isa : {"avx512", "avx2", "neon"}) {
-    std::filesystem::copy(std::filesystem::path(worker_program()) / "../../lib/libother_kernel_module.so",
+    std::filesystem::copy(programs / "lib/libother_kernel_module.so",
                           folder.path() / absl::StrCat("lib/libtessera_kernel_", isa, ".so"));
   }
   const support::Finished worker =

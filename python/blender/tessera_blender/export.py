@@ -167,8 +167,8 @@ class Exporter:
         self.scene.camera(place, 90.0, radius, max(distance, 0.0), clip)
         self.scene.message.camera.screen_window[:] = window
 
-    def _panorama(self, name: str, data: bpy.types.Camera, place: np.ndarray, clip: tuple[float, float]) -> None:
-        """Cycles keeps the kind of a panorama among its own settings. Its fisheyes see nothing beyond a circle."""
+    def _panorama(self, name: str, data: Any, place: Any, clip: tuple[float, float]) -> None:
+        """Cycles has the kind of a panorama among its own settings. Its fisheyes end with a circle."""
         kind, lens = data.cycles.panorama_type, data.cycles
         if kind == "EQUIRECTANGULAR":
             ranges = lens.longitude_min, lens.longitude_max, lens.latitude_min, lens.latitude_max

@@ -62,7 +62,8 @@ const std::map<std::string, Rooms>& rules() {
       {"worker/render/sampling", {"render/sampling", "render/core"}},
       {"worker/render/color", {"render/color", "render/core", "images", "tables"}},
       {"worker/render/shape", {"render/shape", "render/core", "expression", "tables"}},
-      {"worker/render/sensor", {"render/sensor", "render/color", "render/core", "render/sampling"}},
+      {"worker/render/sensor",
+       {"render/sensor", "render/color", "render/core", "render/film", "render/sampling"}},
       {"worker/render/accel",
        {"render/accel", "render/shape", "render/core", "render/color", "render/sampling"}},  // colour: alpha
       {"worker/render/query", {"render/query", "render/accel", "render/shape", "render/core"}},

@@ -36,7 +36,7 @@ const Kind kKinds[] = {
       "worker/render/light/model/goniometric.cpp", "worker/render/scene/light/light_builder.cpp"}},
     {"sensor",
      {"SphericalCamera", "kOctahedral", "OctahedralSensor"},
-     {"proto/tessera/v1/camera.proto", "worker/render/scene/view/sensor.cpp",
+     {"proto/tessera/v1/camera.proto", "python/tessera/scene.py", "worker/render/scene/view/sensor.cpp",
       "worker/render/sensor/model/spherical.cpp", "worker/render/sensor/sensor_record.h"}},
     {"structure that rays search",
      {"ACCELERATOR_OCTREE", "kOctree", "Octree", "build_octree"},

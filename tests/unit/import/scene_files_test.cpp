@@ -192,9 +192,9 @@ instances { object: "chair" }
 objects { name: "chairs" shapes { sphere { radius: 1 } material: "Clay" } }
 camera { perspective {} world_from_camera { elements: [1, 2, 3] } medium: "air" }
 lights { scale: 2 }
-materials { name: "glass" dielectric { dispersion { glass: "wate" } } }
+materials { name: "flint" dielectric { dispersion { glass: "wate" } } }
 )")));
-  EXPECT_THAT(message, HasSubstr("s.textproto:15:40: there is no glass \"wate\"; did you mean 'water'?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:14:40: there is no glass \"wate\"; did you mean 'water'?"));
   EXPECT_THAT(message, HasSubstr("s.textproto:8:3: there is no material \"clai\": did you mean \"clay\"?"));
   EXPECT_THAT(message, HasSubstr("s.textproto:4:9: there is no material \"glase\": did you mean \"glaze\"?"));
   EXPECT_THAT(message, HasSubstr("s.textproto:5:1: material \"clay\": the name is used twice"));

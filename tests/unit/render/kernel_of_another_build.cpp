@@ -4,8 +4,8 @@
 
 extern "C" {
 #ifdef TESSERA_BUILD_NAME
-extern const char tessera_kernel_build[];
-__attribute__((visibility("default"))) const char tessera_kernel_build[] = TESSERA_BUILD_NAME;
+extern __attribute__((visibility("default"))) const char tessera_kernel_build[];
+const char tessera_kernel_build[] = TESSERA_BUILD_NAME;
 #endif
 __attribute__((visibility("default"))) const void* tessera_kernel() { std::abort(); }
 }

@@ -151,8 +151,8 @@ TEST(RasterEdges, PlacesBeyondTheEdgeSeeWhatThePlaceWithinSees) {
         EXPECT_EQ(std::abs(other.x - x), 16);
       }
       for (const RasterPlace& other : places_beyond(RasterEdges::kMirrored, kRaster, place, 3, 2)) {
-        EXPECT_EQ(8 - std::abs(8 - std::abs(other.x)), x < 8 ? x : 16 - x);
-        EXPECT_EQ(4 - std::abs(4 - std::abs(other.y)), y < 4 ? y : 8 - y);
+        EXPECT_EQ(16 - std::abs(16 - std::abs(other.x)), x);
+        EXPECT_EQ(8 - std::abs(8 - std::abs(other.y)), y);
       }
     }
   }

@@ -216,7 +216,7 @@ TEST_F(MaterialBuilderTest, NamesTheMaterialAtFault) {
   EXPECT_THAT(refusal_of("dielectric { dispersion { abbe { index: 1.5 } } }"),
               HasSubstr("an Abbe number of 0 is not above 0"));
   EXPECT_THAT(refusal_of("dielectric { dispersion { cauchy { a: -1 } } }"),
-              HasSubstr("at 360 nm, an index of refraction of -1"));
+              HasSubstr("at 300 nm, an index of refraction of -1"));
   EXPECT_THAT(refusal_of("dielectric { dispersion { cauchy { a: nan } } }"), HasSubstr("of nan"));
   EXPECT_THAT(refusal_of("diffuse {} normal_map {} normal_texture: 'clouds'"),
               HasSubstr("exclude each other"));
