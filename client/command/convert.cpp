@@ -29,12 +29,13 @@ struct ConvertOptions {
   GltfOptions gltf;
   ExrFormat exr;
   std::vector<std::string> layers;  // layers of the image to write; none: all channels
-  // Of what is seen of a spectral image, and of red, green and blue; empty: as they are.
+  // The space of what is seen of a spectral image, and of red, green and blue; empty: their own.
   std::string sensor, rgb_space, white_balance;
   bool quiet = false;
 };
 
-/// What the sensor sees of the image's bands, or its red, green and blue in the space that was asked for.
+/// Returns what the sensor sees of the image's bands, or its red, green and blue in the space that was asked
+/// for.
 absl::StatusOr<Image> seen_image(Image image, const ConvertOptions& options) {
   v1::JobSpec::View view;
   view.set_sensor(options.sensor);

@@ -244,10 +244,7 @@ void add_render_command(CommandLine& line) {
       .with_default("one a hardware thread");
   command.option("--isa").one_of(local_isas());
   command.group("Output");
-  command
-      .add("--display", options->display,
-           "show the picture as it grows")
-      .one_of({"web", "tev"});
+  command.add("--display", options->display, "show the picture as it grows").one_of({"web", "tev"});
   command.add("--checkpoint", options->checkpoint, "keep results here; the same command goes on")
       .type_name("FOLDER");
   command.example("tessera render scenes/cornell-box/scene.pbrt -o box.exr --spp 64");

@@ -22,7 +22,7 @@ Chromaticities chromaticities_of(const spectra::RgbSpace& space) {
   return result;
 }
 
-/// As near as files of other programs come, which round.
+/// The distance by which files of other programs are off, because they round.
 bool same(const spectra::RgbSpace& a, const spectra::RgbSpace& b) {
   constexpr float kRounding = 1e-4f;
   const Chromaticities first = chromaticities_of(a), second = chromaticities_of(b);

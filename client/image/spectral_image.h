@@ -21,8 +21,8 @@ struct BandPlane {
 /// half-way between their centres. InvalidArgument for an image without bands, or with one of unknown width.
 absl::StatusOr<std::vector<BandPlane>> bands_of(const Image& image);
 
-/// What a sensor sees of the bands, as if radiance were the same all over each: R, G and B, and the image's A
-/// where it has one. Metadata are the image's but for the space.
+/// Returns what a sensor sees of the bands, as if radiance were the same all over each: R, G and B, and the
+/// image's A where it has one. Metadata are the image's but for the space.
 absl::StatusOr<Image> seen_by(const Image& image, const spectra::SensorResponse& sensor);
 
 }  // namespace tessera::client

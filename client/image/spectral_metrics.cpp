@@ -16,7 +16,7 @@
 namespace tessera::client {
 namespace {
 
-/// What an observer sees of the bands, in XYZ of D65's white.
+/// Returns what an observer sees of the bands, in XYZ of D65's white.
 absl::StatusOr<Image> colors_of(const Image& image, const spectra::Observer& observer) {
   const auto sensor = spectra::sensor_response({spectra::SensorKind::kObserver, observer},
                                                spectra::unit_d65(), spectra::kRec709);

@@ -1,4 +1,4 @@
-// What an image file tells of the sensor that saw it, and of its bands.
+// Facts that an image file tells of the sensor that saw it, and of its bands.
 #pragma once
 
 #include "image/image.h"

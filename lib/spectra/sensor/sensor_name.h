@@ -1,4 +1,4 @@
-// What people call the sensor of a picture, its white balance and its bands.
+// Names that people have for the sensor of a picture, its white balance and its bands.
 #pragma once
 
 #include <optional>

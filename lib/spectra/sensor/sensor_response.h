@@ -18,9 +18,9 @@ namespace tessera::spectra {
 /// at to_nm or more.
 struct SensorResponse {
   double from_nm = 0, to_nm = 0;
-  /// What radiance at a wavelength, per nanometre, adds to red, green and blue.
+  /// Rows of what radiance at a wavelength, per nanometre, adds to red, green and blue.
   std::vector<Triple> rows;
-  /// What the sensor sees there in all, as the sum of its sensitivities, each relative to its integral: not
+  /// All that the sensor sees there, as the sum of its sensitivities, each relative to its integral: not
   /// negative, also where parts of red, green and blue are.
   std::vector<double> sensitivity;
 

@@ -7,8 +7,8 @@ namespace tessera::spectra {
 inline constexpr int kOwnResolution = 28;
 inline constexpr int kOwnRowFloats = 4 * 3 * kOwnResolution * kOwnResolution * kOwnResolution;
 
-/// What fit_table(kOwnResolution) returns, as write_table.cpp wrote it when the program was built: pages of
-/// the program's file, which are read when they are looked up.
+/// The rows that fit_table(kOwnResolution) returns, as write_table.cpp wrote it when the program was built:
+/// pages of the program's file, which are read when they are looked up.
 extern const float kOwnRows[kOwnRowFloats];
 
 }  // namespace tessera::spectra

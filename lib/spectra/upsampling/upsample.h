@@ -30,7 +30,8 @@ struct UpsampledEmission {
   /// The spectrum is scale times the sigmoid times D65 with a luminance of 1 (unit_d65).
   float scale;
   SigmoidCoefficients coefficients;
-  /// As of a reflectance, where a component was negative; those that are not finite are as large as can be.
+  /// The same as of a reflectance, where a component was negative; those that are not finite are as large as
+  /// can be.
   double error;
 };
 

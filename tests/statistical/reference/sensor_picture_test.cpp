@@ -1,4 +1,4 @@
-// What sensors and bands make of light of wavelengths, against quadrature over wavelengths.
+// Pictures that sensors and bands make of light of wavelengths, against quadrature over wavelengths.
 #include <gtest/gtest.h>
 
 #include <cmath>

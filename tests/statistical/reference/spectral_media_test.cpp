@@ -73,7 +73,7 @@ TEST(SpectralMedia, LightIsEmittedAsMeasured) {
                4e-3);
 }
 
-/// What a medium lets through and scatters at three sets of coefficients: the channels of RGB.
+/// Light that a medium lets through and scatters at three sets of coefficients: the channels of RGB.
 std::array<double, 3> light_of_channels() {
   const Picture picture = picture_of(
       ball(constant("extinction", rgb(kExtinction)) + constant("albedo", rgb(kAlbedo)), 1), "volpath", 8, "");

@@ -152,7 +152,8 @@ constexpr SensorKind kAboutPoint[] = {SensorKind::kEquirectangular,    SensorKin
                                       SensorKind::kFisheyeEquisolid,   SensorKind::kFisheyeStereographic,
                                       SensorKind::kFisheyeOrthographic};
 
-/// As sensor_of(); of sensors that see all around, the raster is the unit square. Fisheyes have a circle.
+/// The same as sensor_of(); of sensors that see all around, the raster is the unit square. Fisheyes have a
+/// circle.
 SensorRecord sensor_about_point(SensorKind kind, float scale) {
   SensorRecord c = sensor_of(kind, 0, scale);
   if (edges_of(c) != RasterEdges::kOpen) {

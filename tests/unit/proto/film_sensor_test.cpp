@@ -43,7 +43,8 @@ TEST(FilmSensor, RgbHasNoWavelengthsToSee) {
   v1::JobSpec job = job_of(v1::COLOR_RGB);
   job.mutable_view()->set_sensor("nikon-d5100");
   job.mutable_view()->set_film("spectral:8");
-  EXPECT_THAT(refusal(job), AllOf(HasSubstr("sensor 'nikon-d5100', film 'spectral:8'"), HasSubstr("'spectral'")));
+  EXPECT_THAT(refusal(job),
+              AllOf(HasSubstr("sensor 'nikon-d5100', film 'spectral:8'"), HasSubstr("'spectral'")));
   job.mutable_content()->mutable_algorithms()->set_color(v1::COLOR_SPECTRAL);
   EXPECT_EQ(refusal(job), "");
   job.mutable_view()->set_rgb_space(v1::RGB_SPACE_ACESCG);

@@ -36,7 +36,7 @@ TESSERA_INLINE Wavelengths sample_wavelengths(const SensitivityTable& sensor, Nu
   return result;
 }
 
-/// What light of one in a lane of a path's Spectrum adds to a picture.
+/// The part that light of one in a lane of a path's Spectrum adds to a picture.
 struct LaneResponse {
   Color color[kSpectrumLanes];   // red, green and blue
   Float weight[kSpectrumLanes];  // radiance, over all wavelengths that are sampled

@@ -23,7 +23,7 @@ inline constexpr float kSigmoidMiddleNm = 595, kSigmoidHalfWidthNm = 235;
 struct SpectralTables {
   /// The rows of spectra::SigmoidTable, which outlives these tables: four floats an entry, c0, c1, c2 and 0.
   const float* coefficients = nullptr;
-  /// What the rows stand for: -1 / sqrt(largest component), and the ratios of the others to it.
+  /// The meaning of the rows: -1 / sqrt(largest component), and the ratios of the others to it.
   std::vector<float> levels, ratios;
 
   /// One after the other, kCurveSamples values each. The first is daylight (D65), of which the colour of

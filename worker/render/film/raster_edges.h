@@ -8,7 +8,7 @@
 
 namespace tessera::render {
 
-/// What the places beyond the edge of a raster see.
+/// The things that the places beyond the edge of a raster see.
 enum class RasterEdges : std::uint8_t {
   kOpen,      // what no place within it sees
   kRound,     // left and right, what the other side sees

@@ -39,7 +39,7 @@ struct QueryKernel {
                    std::span<const Crossing> crossings, std::span<SurfacePoint> points);
   /// The function of an implicit surface at a point of its object space.
   double (*implicit_value)(const ImplicitRecord& surface, const double (&p)[3]);
-  /// What is known of a kind in closed form; null where nothing is.
+  /// All that is known of a kind in closed form; null where nothing is.
   const RoundForm* (*round_form)(ShapeKind kind);
 };
 

@@ -95,7 +95,7 @@ struct SensorRecord {
   Response response;
 };
 
-/// What is seen beyond the edge of the raster.
+/// Tells what is seen beyond the edge of the raster.
 inline RasterEdges edges_of(const SensorRecord& sensor) {
   constexpr float kFullTurn = 6.2831f;
   if (sensor.kind == SensorKind::kCylindrical &&

@@ -58,7 +58,8 @@ class AnalyticShape {
   virtual void surface(const ShapeTable& table, const ShapeRecord& shape, const Hit& hit, Vec3 o, Vec3 d,
                        Mask active, bool want_tangents, Surface& s) const = 0;
 
-  /// What is known in closed form; null for shapes that are not round, and of those where nobody needs it.
+  /// All that is known in closed form; null for shapes that are not round, and of those where nobody needs
+  /// it.
   virtual const RoundForm* round_form() const { return nullptr; }
 
   /// All of the ways of rays through a closed shape, for CSG; `ray` is in the shape's object space. Fills the

@@ -1,4 +1,4 @@
-// What is known of a round shape in closed form and in double precision, for questions about geometry
+// All that is known of a round shape in closed form and in double precision, for questions about geometry
 // (query/). Round shapes turn about the z axis of their object space; all functions are of that space.
 #pragma once
 

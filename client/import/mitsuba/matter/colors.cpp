@@ -38,7 +38,7 @@ Color clamped(PropertyReader& reader, const Property& property, Color color, Col
 
 ConstantColor grey(double value) { return {{value, value, value}}; }
 
-/// Of samples, at least two.
+/// A spectrum of samples, at least two.
 ConstantColor sampled(spectra::Curve samples, ColorUse use) {
   const spectra::Triple rgb = spectra::mitsuba_rgb(
       samples, use == ColorUse::kEmission ? spectra::SeenUnder::kEqualEnergy : spectra::SeenUnder::kD65);

@@ -75,7 +75,7 @@ TEST(Sensors, PatchesHaveTheirColoursUnderEachLight) {
                              seen(as_it_is, lamp)[2] * 0.072192;
     for (const MacbethPatch& patch : kMacbeth) {
       const Curve reflectance = patch.curve();
-      // What the sensor sees, in steps of a nanometre, of light from the patch.
+      // The sum of what the sensor sees, in steps of a nanometre, of light from the patch.
       Curve reflected;
       for (float nm = 360; nm <= 830; ++nm) {
         reflected.nm.push_back(nm);

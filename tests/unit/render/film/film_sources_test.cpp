@@ -126,7 +126,7 @@ TEST(PassFilm, AFilterSpreadsWhatLandsAndKeepsItsSum) {
   EXPECT_EQ(result.values[3 * 8 + 7], 0);
 }
 
-/// What each place beyond the edge sees, by the maps' own rules.
+/// Places beyond the edge are held to the maps' own rules.
 TEST(RasterEdges, PlacesBeyondTheEdgeSeeWhatThePlaceWithinSees) {
   constexpr FilmSize kRaster{16, 8};
   // A direction of a globe, which is the same for any place that shows it.

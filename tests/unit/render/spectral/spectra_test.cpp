@@ -41,7 +41,7 @@ Float numbers(int first, int count) {
   return (to_float(Int::iota(first)) + 0.5f) * (1.0f / static_cast<float>(count));
 }
 
-/// What the CIE 1931 observer sees of light of a colour, nanometre by nanometre.
+/// Returns what the CIE 1931 observer sees of light of a colour, nanometre by nanometre.
 spectra::Triple seen_by_host(const std::array<float, 3>& rgb) {
   const float largest = std::ranges::max(rgb), scale = largest > 1 ? 2 * largest : 1;
   const auto k = spectra::upsample_reflectance({rgb[0] / scale, rgb[1] / scale, rgb[2] / scale}).coefficients;

@@ -10,10 +10,10 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 Cone cone(const LightLanes& lanes, Vec3 reference) {
-  Cone c = cone(lanes.field3(&LightRecord::position), lanes.field(&LightRecord::radius), reference,
-                lanes.active);
-  // Points of its own surface may be outside by rounding, where the origins of their rays are inside: of both,
-  // the density is that by area.
+  Cone c =
+      cone(lanes.field3(&LightRecord::position), lanes.field(&LightRecord::radius), reference, lanes.active);
+  // Points of its own surface may be outside by rounding, where the origins of their rays are inside: of
+  // both, the density is that by area.
   const Float error = ray_end_error(reference, reference, c.radius, c.centre_distance);
   c.usable &= c.centre_distance - c.radius > error;
   return c;

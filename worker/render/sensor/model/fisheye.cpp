@@ -62,7 +62,7 @@ class FisheyeSensor final : public SensorModel {
     const Float part = select_or_zero(sine > 0.0f, distance / max(sine, 1e-30f));
     LocalConnection found = from_point(sensor, point, {w.x * part, w.y * part}, Mapping::places(sine, w.z));
     found.valid = (distance <= Mapping::kMostDistance) & (atan2(sine, w.z) <= sensor.circle_angle);
-    // Of the orthographic one, what lies behind would fall on what lies before.
+    // With the orthographic one, things behind would fall on those before.
     if (Mapping::kMostDistance == 1) found.valid &= w.z > 0.0f;
     return found;
   }

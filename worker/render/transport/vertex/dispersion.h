@@ -32,11 +32,11 @@ TESSERA_INLINE Mask disperses_roughly(const SceneTables& scene, const Vertex& v,
   return and_not(met & ((v.at.flags & kDisperses) != 0), smooth);
 }
 
-/// What comes to the vertex, before light is looked for and before the path goes on.
+/// Disperses the light that comes to the vertex, before light is looked for and before the path goes on.
 TESSERA_INLINE void disperse_at(const SceneTables& scene, const Vertex& v, Mask met, WidePath& path) {
   if (disperses(scene)) end_other_wavelengths(disperses_roughly(scene, v, met), path);
 }
-/// What goes on from the vertex as sampled, its beta being that of the sample.
+/// Disperses the light that goes on from the vertex as sampled, its beta being that of the sample.
 TESSERA_INLINE void disperse_along(const SceneTables& scene, const Vertex& v, const BsdfSample& sample,
                                    WidePath& next) {
   if (!disperses(scene)) return;

@@ -1,5 +1,5 @@
-// What all paths of a pass have in common, where what lights have lit is looked for by others: one moment,
-// and one set of wavelengths.
+// Things that all paths of a pass have in common, where what lights have lit is looked for by others: one
+// moment, and one set of wavelengths.
 #pragma once
 
 #include <cstdint>
