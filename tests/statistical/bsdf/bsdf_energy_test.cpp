@@ -17,10 +17,18 @@ struct Albedo {
 Albedo albedo_of(const BsdfCase& bsdf, const Direction& wo, int samples) {
   Albedo albedo;
   double squares = 0;
-  const bool disperses = bsdf.further[render::slot::kSpread] != 0;
+  const bool has_spread = bsdf.further[render::slot::kSpread] != 0;
+#ifdef TESSERA_SPECTRAL
+  // The first wavelength alone goes on, and goes where its own index leads.
+  const bool disperses = false;
+  const std::size_t components = has_spread ? 1 : kComponents;
+#else
+  const bool disperses = has_spread;
+  const std::size_t components = kComponents;
+#endif
   bsdf.for_each_even_sample(wo, samples, [&](const Sample& s) {
     if (!s.valid) return;
-    for (std::size_t c = 0; c < kComponents; ++c) {
+    for (std::size_t c = 0; c < components; ++c) {
       // With an index for each component, radiance is scaled by each.
       const double eta = !disperses ? s.eta : wo[2] > 0 ? bsdf.index(c) : 1 / bsdf.index(c);
       const double scaled = s.weight[c] * (s.transmission ? eta * eta : 1);
