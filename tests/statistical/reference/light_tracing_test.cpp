@@ -31,9 +31,9 @@ void expect_agreement(const std::string& scene, const std::string& filter) {
     request.integrator = other.integrator;
     request.spp = samples_of_form(other.spp);
     request.settings = other.settings;
-    // A scene that is dark, or too noisy to tell anything, would prove nothing. A single bright sample may
-    // spoil a picture, but not three of them; each must agree.
-    EXPECT_GT(path.whole(1).mean, 0.005);
+    // A scene that is dark, as wide views of one lamp nearly are, or too noisy to tell anything, would prove
+    // nothing. A single bright sample may spoil a picture, but not three of them; each must agree.
+    EXPECT_GT(path.whole(1).mean, 5e-4);
     bool precise = false;
     for (request.seed = 0; request.seed < 3 && !precise; ++request.seed) {
       const Picture light = measure_picture(request);
