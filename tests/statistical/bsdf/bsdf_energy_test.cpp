@@ -37,6 +37,7 @@ Albedo albedo_of(const BsdfCase& bsdf, const Direction& wo, int samples) {
     }
   });
   for (double& x : albedo.mean) x /= samples;
+  for (std::size_t c = components; c < kComponents; ++c) albedo.mean[c] = albedo.mean[0];
   albedo.deviation = std::sqrt(std::max(squares / samples - square(albedo.mean[0]), 0.0));
   return albedo;
 }
