@@ -6,8 +6,6 @@
 namespace tessera::test {
 namespace {
 
-// With wavelengths, the first alone goes on (unit/render/spectral/dispersion_test.cpp).
-#ifndef TESSERA_SPECTRAL
 TEST(Dispersion, RefractsEachComponentByItsIndex) {
   // Facets of alpha 0.001 spread a refracted ray by about that; the mean of 2^16 directions is off by its
   // square, and by twice as much where few of them are there.
@@ -35,7 +33,6 @@ TEST(Dispersion, RefractsEachComponentByItsIndex) {
     }
   }
 }
-#endif
 
 }  // namespace
 }  // namespace tessera::test
