@@ -81,25 +81,6 @@ absl::Status fault(int track, const std::string& what) {
   return absl::InvalidArgumentError(concat("animation: track ", track, ": ", what));
 }
 
-absl::Status check_track(const v1::Scene& scene, int number) {
-  const v1::Track& track = scene.animation().tracks(number);
-  if (track.target_case() == v1::Track::TARGET_NOT_SET || (track.has_camera() && !track.camera()))
-    return fault(number, "it moves neither the camera nor an instance");
-  if (track.has_instance() && track.instance() >= static_cast<std::uint32_t>(scene.instances_size()))
-    return fault(number, concat("there is no instance ", track.instance()));
-  if (track.keys().empty()) return fault(number, "it has no keys");
-  double before = -HUGE_VAL;
-  for (const v1::Track::Key& key : track.keys()) {
-    if (!std::isfinite(key.frame()) || key.frame() <= before)
-      return fault(number, "frames of keys have to ascend");
-    before = key.frame();
-    const int size = key.world_from_target().elements_size();
-    if ((size != 0 && size != 16) || !decomposed(matrix_of(key.world_from_target())))
-      return fault(number, concat("the matrix at frame ", key.frame(), " is singular or no matrix"));
-  }
-  return absl::OkStatus();
-}
-
 /// For a sound track.
 M44d matrix_at(const v1::Track& track, double frame) {
   const auto after =
@@ -120,6 +101,25 @@ M44d matrix_at(const v1::Track& track, double frame) {
 }
 
 }  // namespace
+
+absl::Status check_track(const v1::Scene& scene, int number) {
+  const v1::Track& track = scene.animation().tracks(number);
+  if (track.target_case() == v1::Track::TARGET_NOT_SET || (track.has_camera() && !track.camera()))
+    return fault(number, "it moves neither the camera nor an instance");
+  if (track.has_instance() && track.instance() >= static_cast<std::uint32_t>(scene.instances_size()))
+    return fault(number, concat("there is no instance ", track.instance()));
+  if (track.keys().empty()) return fault(number, "it has no keys");
+  double before = -HUGE_VAL;
+  for (const v1::Track::Key& key : track.keys()) {
+    if (!std::isfinite(key.frame()) || key.frame() <= before)
+      return fault(number, "frames of keys have to ascend");
+    before = key.frame();
+    const int size = key.world_from_target().elements_size();
+    if ((size != 0 && size != 16) || !decomposed(matrix_of(key.world_from_target())))
+      return fault(number, concat("the matrix at frame ", key.frame(), " is singular or no matrix"));
+  }
+  return absl::OkStatus();
+}
 
 absl::Status check_animation(const v1::Scene& scene) {
   const v1::Animation& animation = scene.animation();

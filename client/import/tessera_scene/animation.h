@@ -13,7 +13,8 @@ namespace tessera::client {
 /// frames do not ascend, or whose matrices are singular or not finite.
 absl::Status pose_at_frame(double frame, v1::Scene& scene);
 
-/// The same checks, without a pose.
+/// The same checks, without a pose: of the whole animation, and of one of its tracks.
 absl::Status check_animation(const v1::Scene& scene);
+absl::Status check_track(const v1::Scene& scene, int number);
 
 }  // namespace tessera::client

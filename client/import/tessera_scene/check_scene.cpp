@@ -54,6 +54,7 @@ class SceneCheck {
     collect("medium", scene_.media(), "media", locations);
     collect("object", scene_.objects(), "objects", locations);
     visit(scene_, locations, {file_, 0, 0});
+    check_tracks(locations);
     if (!has_light()) diagnostics_.warning({file_, 0, 0}, "the scene has no light: the image will be black");
   }
 
@@ -100,6 +101,22 @@ class SceneCheck {
         visit(child, locations == nullptr ? nullptr : locations->GetTreeForNested(field, index), place);
       }
     }
+  }
+
+  /// The first fault of the animation, at the track that has it, or else where the animation begins.
+  void check_tracks(Locations* locations) {
+    const absl::Status status = check_animation(scene_);
+    if (status.ok()) return;
+    const v1::Animation& animation = scene_.animation();
+    const FieldDescriptor* field = v1::Scene::descriptor()->FindFieldByName("animation");
+    SourceLocation where = locate(locations, field, -1, {file_, 0, 0});
+    for (int i = 0; i < animation.tracks_size(); ++i) {
+      if (check_track(scene_, i).ok()) continue;
+      Locations* inside = locations == nullptr ? nullptr : locations->GetTreeForNested(field, -1);
+      where = locate(inside, v1::Animation::descriptor()->FindFieldByName("tracks"), i, where);
+      break;
+    }
+    diagnostics_.error(where, std::string(status.message()));
   }
 
   void check_kind(const Message& message, SourceLocation where) {
@@ -183,8 +200,6 @@ class SceneCheck {
 
 void check_scene(const v1::Scene& scene, std::uint32_t file, Locations* locations, Diagnostics& diagnostics) {
   SceneCheck(scene, file, diagnostics).run(locations);
-  if (const absl::Status status = check_animation(scene); !status.ok())
-    diagnostics.error({file, 0, 0}, std::string(status.message()));
 }
 
 }  // namespace tessera::client::tessera_scene

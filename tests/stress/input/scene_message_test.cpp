@@ -132,17 +132,26 @@ class SceneMessage : public testing::Test {
     auto imported = client::import_scene(path);
     ASSERT_TRUE(imported.ok()) << imported.status();
     samples_[0] = *std::move(imported);
-    // A scene has one camera: another one, of the other kind with numbers, and light to see by.
-    v1::Scene& other = samples_[1].scene;
-    *other.mutable_camera() = samples_[0].scene.camera();
-    other.mutable_camera()->mutable_orthographic()->set_lens_radius(0.01f);
-    other.mutable_camera()->mutable_orthographic()->set_focal_distance(5);
-    *other.mutable_film() = samples_[0].scene.film();
-    other.add_lights()->mutable_infinite()->mutable_radiance()->set_constant(1);
+    // A scene has one camera: one each of the other kinds with numbers, and light to see by.
+    for (int i = 1; i < kSamples; ++i) {
+      v1::Scene& other = samples_[i].scene;
+      *other.mutable_camera() = samples_[0].scene.camera();
+      *other.mutable_film() = samples_[0].scene.film();
+      other.add_lights()->mutable_infinite()->mutable_radiance()->set_constant(1);
+    }
+    v1::OrthographicCamera& orthographic = *samples_[1].scene.mutable_camera()->mutable_orthographic();
+    orthographic.set_lens_radius(0.01f);
+    orthographic.set_focal_distance(5);
+    v1::FisheyeCamera& fisheye = *samples_[2].scene.mutable_camera()->mutable_fisheye();
+    fisheye.set_fov_degrees(180);
+    fisheye.set_circle_degrees(170);
+    samples_[3].scene.mutable_camera()->mutable_cylindrical()->set_fov_degrees(300);
   }
 
+  static constexpr int kSamples = 4;
+
   support::TempDir folder_;
-  client::ImportedScene samples_[2];
+  client::ImportedScene samples_[kSamples];
 };
 
 TEST_F(SceneMessage, TheSampleHasEveryNumberThatASceneCanHave) {
@@ -175,7 +184,7 @@ TEST_F(SceneMessage, BadNumbersInEveryField) {
                       ++numbers;
                     });
   }
-  ASSERT_EQ(judge.tally().rendered, 2u);
+  ASSERT_EQ(judge.tally().rendered, kSamples);
   std::mt19937 random(2);
   for (std::size_t i = cases.size(); i > 1; --i) std::swap(cases[i - 1], cases[random() % i]);
   cases.resize(std::min<std::size_t>(cases.size(), test::long_form() ? 600 : 60));
