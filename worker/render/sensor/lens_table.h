@@ -25,13 +25,15 @@ struct LensSurfaceRecord {
   float aperture_squared = 0;                            // of the clear radius
   float straight_x = 0, straight_y = 1;                  // unit direction along which a cylinder is straight
   std::int32_t first_coefficient = 0, coefficients = 0;  // of height^4, height^6, ...
-  std::int32_t blades = 0;    // the aperture is a polygon within its circle; 0: it is that circle
-  float blade_angle = 0;      // of the first corner, radians
+  // The aperture is also within these edges, at `apothem` from the axis; 0: it is a circle.
+  std::int32_t first_edge = 0, edges = 0;
+  float apothem = 0;
   std::int32_t refracts = 0;  // 0: the same medium is on both sides
 };
 
 /// Part of the plane of the pupil that light from a cell of the film can pass through. Along x of the cell it
 /// spans nodes whose ends along y are given; between nodes they are straight lines.
+inline constexpr std::int32_t kPupilNodes = 33;  // strips are a power of two
 struct PupilNode {
   float x = 0, low = 0, high = 0;
   float area_before = 0;  // of the trapezoids up to here
@@ -40,6 +42,7 @@ struct PupilNode {
 struct LensTable {
   std::vector<LensSurfaceRecord> surfaces;  // from the film to the scene
   std::vector<float> coefficients;
+  std::vector<float> edges;  // unit vectors to the middles of edges of the stop, x and y
   // Index before a surface over that behind it, in the direction from the film: all wavelengths of the first
   // surface, then those of the second, and so on. Wavelengths are evenly spaced; one where none disperses.
   std::vector<float> ratios;
@@ -47,14 +50,14 @@ struct LensTable {
   float first_nm = 0, wavelengths_per_nm = 0;
   float film_distance = 1;  // a place of the raster, which lies on the plane z = 1, times this is on the film
   float units_per_mm = 1e-3f;
-  // The pupil: one cell for each ring of the film, whose x axis points away from the middle; or, where the
-  // lens is no body of revolution, cells of a grid.
+  // The pupil, as in optics::PupilTable: one cell for each ring of the film, whose x axis points away from
+  // the middle; or, where the lens is no body of revolution, rectangles.
   float pupil_z = 0;
-  std::int32_t cells_x = 1, cells_y = 0;  // cells_y 0: rings
+  bool rings = true;
+  std::int32_t cells_x = 1, cells_y = 1;
   float cells_per_mm_x = 0, cells_per_mm_y = 0, first_x = 0, first_y = 0;
-  std::int32_t nodes_per_cell = 0;
-  std::vector<PupilNode> pupil;
-  float weight = 1;  // of rays: area of the pupil (mm^2) times this, times cos^4
+  std::vector<PupilNode> pupil;  // kPupilNodes for each cell
+  float weight = 1;              // of rays: area of the pupil (mm^2) times this, times cos^4
 };
 
 }  // namespace tessera::render

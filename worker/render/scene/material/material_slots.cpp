@@ -5,9 +5,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "render/bsdf/kinds.h"
-#include "render/scene/values/dispersion.h"
 #include "render/scene/values/spectra.h"
 #include "spectra/rgb/scene_rgb.h"
+#include "wire/dispersion.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -106,7 +106,7 @@ absl::Status MaterialSlots::set_dispersing_eta(const v1::Spectrum& eta, bool has
   if (has_dispersion) {
     if (eta.kind_case() != v1::Spectrum::KIND_NOT_SET)
       return absl::InvalidArgumentError("eta and dispersion exclude each other");
-    const auto formula = dispersion_of(dispersion);
+    const auto formula = wire::dispersion_of(dispersion);
     if (!formula.ok()) return formula.status();
     record.scalars[slot::kEta].value = static_cast<float>(formula->eta(kSodiumNm));
     index = [of = *formula](double nm) { return of.eta(nm); };

@@ -1,5 +1,6 @@
 #include "render/scene/view/sensor.h"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <optional>
@@ -7,6 +8,8 @@
 #include "absl/strings/str_cat.h"
 #include "render/scene/placement/motion.h"
 #include "render/scene/values/located.h"
+#include "render/scene/view/lens.h"
+#include "wire/lens_message.h"
 
 namespace tessera::render {
 
@@ -62,7 +65,14 @@ absl::Status set_lens(float radius, float focal_distance, SensorRecord& record) 
   return absl::OkStatus();
 }
 
-absl::Status check_for_algorithm(FilmSize film, const wire::AlgorithmTraits& algorithm) {
+absl::Status check_for_algorithm(const v1::Camera& camera, FilmSize film,
+                                 const wire::AlgorithmTraits& algorithm) {
+  if (camera.has_lens() && algorithm.blindness == wire::Blindness::kMirrorImages) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", algorithm.name,
+        "' joins points of the scene to the camera, and which ray leads there through a lens system "
+        "is not known; 'path' and all others begin at the film"));
+  }
   if (algorithm.work == wire::WorkKind::kPasses &&
       std::uint64_t{film.width} * film.height > (std::uint64_t{1} << 30)) {
     return absl::InvalidArgumentError(absl::StrCat(
@@ -119,6 +129,19 @@ absl::Status set_fisheye(const v1::Camera& camera, FilmSize film, SensorRecord& 
   return set_screen(camera, film, *half_side, record);
 }
 
+absl::Status set_lens_system(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
+  const auto lens = focus_lens(camera.lens());
+  if (!lens.ok()) return located(lens.status(), "camera");
+  const double diagonal = std::hypot(film.width, film.height), shorter = std::min(film.width, film.height);
+  const double half_side =
+      wire::film_diagonal_mm(camera.lens()) / 2 * shorter / diagonal / lens->film_distance;
+  if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
+  record.kind = SensorKind::kLensSystem;
+  record.disperses = spectral && lens->system.disperses();
+  record.lens = lens_table(camera.lens(), *lens, record);
+  return absl::OkStatus();
+}
+
 absl::Status set_cylinder(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
   const double fov = camera.cylindrical().fov_degrees();
   if (!(fov > 0 && fov <= 360)) {
@@ -138,7 +161,7 @@ absl::Status refuse_screen(const v1::Camera& camera) {
 }
 
 /// How the film lies before the camera, and its lens.
-absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
+absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
   switch (camera.kind_case()) {
     case v1::Camera::kPerspective: {
       const double fov = camera.perspective().fov_degrees();
@@ -154,6 +177,8 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecor
       record.kind = SensorKind::kOrthographic;
       if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
       return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance(), record);
+    case v1::Camera::kLens:
+      return set_lens_system(camera, film, spectral, record);
     case v1::Camera::kFisheye:
       return set_fisheye(camera, film, record);
     case v1::Camera::kCylindrical:
@@ -176,7 +201,7 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, SensorRecor
 }  // namespace
 
 absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
-                                          const wire::AlgorithmTraits& algorithm) {
+                                          const wire::AlgorithmTraits& algorithm, bool spectral) {
   const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
   if (world_from_camera->determinant() == 0)
@@ -195,8 +220,8 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   }
   record.width = static_cast<std::int32_t>(film.width);
   record.height = static_cast<std::int32_t>(film.height);
-  if (auto s = check_for_algorithm(film, algorithm); !s.ok()) return s;
-  if (auto s = set_projection(camera, film, record); !s.ok()) return s;
+  if (auto s = check_for_algorithm(camera, film, algorithm); !s.ok()) return s;
+  if (auto s = set_projection(camera, film, spectral, record); !s.ok()) return s;
   return record;
 }
 

@@ -11,8 +11,8 @@
 namespace tessera::render {
 
 /// The medium that the camera stands in is left to the caller. InvalidArgument names what is at fault, also
-/// where `algorithm` cannot work with the camera or the film.
+/// where `algorithm` cannot work with the camera or the film. `spectral`: for jobs of wavelengths.
 absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
-                                          const wire::AlgorithmTraits& algorithm);
+                                          const wire::AlgorithmTraits& algorithm, bool spectral = false);
 
 }  // namespace tessera::render

@@ -49,7 +49,8 @@ std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::st
         camera, place,
         absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
   }
-  auto sensor = build_sensor(camera, {job.view().width(), job.view().height()}, space, *settings.algorithm);
+  auto sensor = build_sensor(camera, {job.view().width(), job.view().height()}, space, *settings.algorithm,
+                             settings.spectral);
   if (!faults.add(camera, place, sensor.status())) return std::nullopt;
   return *std::move(sensor);
 }

@@ -53,20 +53,24 @@ void PathMaker::start_at_eye(PathBatch& batch) {
     select(wanted, film.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
     select(wanted, film.y, Float::load(batch.film_y + first)).store(batch.film_y + first);
     const Float time = scene_.any_motion ? numbers.get_2d(dimension::kTime).x : Float(0.0f);
-    const SensorRay ray = start_ray(scene_.sensor, {film, numbers.get_2d(dimension::kLens), time});
-    const WidePath path{.origin = ray.origin,
-                        .direction = ray.direction,
-                        .beta = Spectrum(ray.weight),
-                        .wavelengths = wavelengths_of(numbers),
-                        .pdf = Float(0.0f),
-                        .roulette_scale = Float(1.0f),
-                        .slot = Int::iota(first),
-                        .normal = zero,
-                        .dispersed = Int(0),
-                        .time = time,
-                        .reference = ray.origin,
-                        .medium = Int(scene_.sensor.medium),
-                        .layer_state = Int(0)};
+    const Wavelengths wavelengths = wavelengths_of(numbers);
+    SensorSample start{film, numbers.get_2d(dimension::kLens), time};
+    start.wavelength = first_wavelength(wavelengths, start.wavelength);
+    const SensorRay ray = start_ray(scene_.sensor, start);
+    WidePath path{.origin = ray.origin,
+                  .direction = ray.direction,
+                  .beta = Spectrum(ray.weight),
+                  .wavelengths = wavelengths,
+                  .pdf = Float(0.0f),
+                  .roulette_scale = Float(1.0f),
+                  .slot = Int::iota(first),
+                  .normal = zero,
+                  .dispersed = Int(0),
+                  .time = time,
+                  .reference = ray.origin,
+                  .medium = Int(scene_.sensor.medium),
+                  .layer_state = Int(0)};
+    if (kSpectral && scene_.sensor.disperses) end_other_wavelengths(Mask::all(), path);
     frontier_.replace(scene_, k, path, wanted);
   }
   frontier_.end_step();

@@ -1,12 +1,12 @@
-#include "render/scene/values/dispersion.h"
+#include "wire/dispersion.h"
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "base/nearest_name.h"
-#include "render/color/spectral_tables.h"
+#include "spectra/sensor/sensor_name.h"
 #include "wire/scene_numbers.h"
 
-namespace tessera::render {
+namespace tessera::wire {
 namespace {
 
 absl::StatusOr<spectra::Dispersion> formula_of(const v1::Dispersion& dispersion) {
@@ -38,12 +38,12 @@ absl::StatusOr<spectra::Dispersion> formula_of(const v1::Dispersion& dispersion)
 absl::StatusOr<spectra::Dispersion> dispersion_of(const v1::Dispersion& dispersion) {
   auto formula = formula_of(dispersion);
   if (!formula.ok()) return formula;
-  for (float nm = kFirstNm; nm <= kLastNm; ++nm) {
+  for (double nm = spectra::kLeastSensorNm; nm <= spectra::kMostSensorNm; ++nm) {
     const auto index = static_cast<float>(formula->eta(nm));
-    if (auto s = wire::check_index(index); !s.ok())
+    if (auto s = check_index(index); !s.ok())
       return absl::InvalidArgumentError(absl::StrCat("at ", nm, " nm, ", std::string(s.message())));
   }
   return formula;
 }
 
-}  // namespace tessera::render
+}  // namespace tessera::wire

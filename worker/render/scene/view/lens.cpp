@@ -1,0 +1,149 @@
+#include "render/scene/view/lens.h"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "optics/pupil.h"
+#include "wire/lens_message.h"
+
+namespace tessera::render {
+
+namespace {
+
+constexpr double kSodiumNm = 589.3;
+/// Between wavelengths of the table, indices are on straight lines: off by less than 1e-6 for glass.
+constexpr double kFirstLensNm = 300, kLastLensNm = 1000, kLensStepNm = 5;
+
+LensSurfaceShape shape_of(const optics::Surface& surface) {
+  const bool aspheric =
+      std::any_of(surface.aspheric.begin(), surface.aspheric.end(), [](double a) { return a != 0; });
+  if (surface.radius == 0 && !aspheric) return LensSurfaceShape::kPlane;
+  if (surface.cylindrical) return LensSurfaceShape::kCylinder;
+  if (aspheric) return LensSurfaceShape::kAsphere;
+  return surface.conic != 0 ? LensSurfaceShape::kConic : LensSurfaceShape::kSphere;
+}
+
+class TableBuilder {
+ public:
+  TableBuilder(const optics::LensSystem& lens, bool disperses) : lens_(lens) {
+    if (disperses) {
+      table_.first_nm = kFirstLensNm, table_.wavelengths_per_nm = 1 / kLensStepNm;
+      table_.wavelengths = static_cast<std::int32_t>((kLastLensNm - kFirstLensNm) / kLensStepNm) + 1;
+    }
+  }
+
+  void add_surfaces() {
+    const auto& elements = lens_.elements();
+    for (std::size_t i = elements.size(); i-- > 0;) {
+      static const optics::Medium air;
+      add(elements[i], elements[i].surface.behind, i > 0 ? elements[i - 1].surface.behind : air);
+    }
+  }
+
+  void add_pupil(const SensorRecord& sensor) {
+    // Filters look beyond the edges of the raster.
+    constexpr double kPixelsBeyond = 4;
+    const auto farthest = [&](double scale, double offset, double size) {
+      const double edge = std::max(std::abs(offset), std::abs(offset + scale * size));
+      return (edge + kPixelsBeyond * std::abs(scale)) * table_.film_distance;
+    };
+    const optics::PupilTable pupil =
+        optics::pupil_table(lens_, farthest(sensor.scale_x, sensor.offset_x, sensor.width),
+                            farthest(sensor.scale_y, sensor.offset_y, sensor.height));
+    table_.pupil_z = static_cast<float>(pupil.z);
+    table_.rings = pupil.rings;
+    table_.cells_x = pupil.cells_x, table_.cells_y = pupil.cells_y;
+    table_.cells_per_mm_x = static_cast<float>(1 / pupil.cell_x);
+    table_.cells_per_mm_y = static_cast<float>(1 / pupil.cell_y);
+    table_.first_x = static_cast<float>(pupil.first_x), table_.first_y = static_cast<float>(pupil.first_y);
+    static_assert(kPupilNodes == optics::PupilTable::kNodes);
+    for (const optics::PupilNode& node : pupil.nodes) {
+      table_.pupil.push_back({static_cast<float>(node.x), static_cast<float>(node.low),
+                              static_cast<float>(node.high), static_cast<float>(node.area_before)});
+    }
+  }
+
+  LensTable table_;
+
+ private:
+  void add(const optics::LensSystem::Element& element, const optics::Medium& from, const optics::Medium& to) {
+    const optics::Surface& surface = element.surface;
+    LensSurfaceRecord record;
+    record.shape = shape_of(surface);
+    record.z = static_cast<float>(element.z);
+    record.curvature = static_cast<float>(element.curvature);
+    record.conic = static_cast<float>(surface.conic);
+    record.aperture_squared = static_cast<float>(surface.diameter * surface.diameter / 4);
+    const double turn = surface.axis_degrees * std::numbers::pi / 180;
+    record.straight_x = static_cast<float>(std::cos(turn));
+    record.straight_y = static_cast<float>(std::sin(turn));
+    record.first_coefficient = static_cast<std::int32_t>(table_.coefficients.size());
+    record.coefficients = static_cast<std::int32_t>(surface.aspheric.size());
+    for (const double a : surface.aspheric) table_.coefficients.push_back(static_cast<float>(-a));
+    if (surface.stop) add_edges(surface.diameter / 2, record);
+    for (std::int32_t i = 0; i < table_.wavelengths; ++i) {
+      const double nm = table_.wavelengths > 1 ? kFirstLensNm + i * kLensStepNm : kSodiumNm;
+      const double ratio = from.eta(nm) / to.eta(nm);
+      table_.ratios.push_back(static_cast<float>(ratio));
+      if (ratio != 1) record.refracts = 1;
+    }
+    table_.surfaces.push_back(record);
+  }
+
+  void add_edges(double radius, LensSurfaceRecord& record) {
+    const optics::LensUse& use = lens_.use();
+    record.first_edge = static_cast<std::int32_t>(table_.edges.size());
+    record.edges = use.blades;
+    if (use.blades == 0) return;
+    record.apothem = static_cast<float>(radius * std::cos(std::numbers::pi / use.blades));
+    for (int i = 0; i < use.blades; ++i) {
+      const double turn =
+          use.blade_degrees * std::numbers::pi / 180 + (i + 0.5) * 2 * std::numbers::pi / use.blades;
+      table_.edges.push_back(static_cast<float>(std::cos(turn)));
+      table_.edges.push_back(static_cast<float>(std::sin(turn)));
+    }
+  }
+
+  const optics::LensSystem& lens_;
+};
+
+}  // namespace
+
+absl::StatusOr<FocusedLens> focus_lens(const v1::LensCamera& camera) {
+  std::vector<optics::Fault> faults;
+  auto system = wire::lens_system_of(camera, faults);
+  if (!system) {
+    std::string all = "the lens: ";
+    for (std::size_t i = 0; i < faults.size(); ++i)
+      absl::StrAppend(&all, i > 0 ? "; " : "", faults[i].message);
+    return absl::InvalidArgumentError(all);
+  }
+  const optics::Paraxial& paraxial = system->paraxial();
+  double film_distance = paraxial.focal_length();
+  if (std::isfinite(system->focus_distance())) {
+    const double object = system->focus_distance() - system->front();
+    film_distance = std::abs(paraxial.magnification(object)) * (object + paraxial.entrance_pupil);
+  }
+  return FocusedLens{*std::move(system), film_distance};
+}
+
+std::shared_ptr<const LensTable> lens_table(const v1::LensCamera& camera, const FocusedLens& lens,
+                                            const SensorRecord& sensor) {
+  TableBuilder builder(lens.system, sensor.disperses);
+  LensTable& table = builder.table_;
+  table.film_distance = static_cast<float>(lens.film_distance);
+  table.units_per_mm = static_cast<float>(1 / wire::mm_per_unit(camera));
+  builder.add_surfaces();
+  builder.add_pupil(sensor);
+  const double middle =
+      camera.brightness() == v1::LensCamera::IRRADIANCE ? 1 : optics::axial_irradiance(lens.system);
+  table.weight = static_cast<float>(1 / (double{table.pupil_z} * table.pupil_z * middle));
+  return std::make_shared<const LensTable>(std::move(table));
+}
+
+}  // namespace tessera::render
