@@ -17,6 +17,9 @@ struct Wavelengths {
   Float c[kSpectrumLanes];
 };
 
+/// In nanometres; kernels for RGB return the number that they are given.
+TESSERA_INLINE Float first_wavelength(const Wavelengths& wavelengths, Float) { return wavelengths.c[0]; }
+
 /// Wavelengths for a path, in proportion to what the sensor sees: that of u(), which is uniform in [0, 1),
 /// and others at even distances in quantiles [Wilkie et al. 2014].
 template <class Number>
@@ -77,6 +80,8 @@ class Spectra {
 #else
 
 struct Wavelengths {};
+
+TESSERA_INLINE Float first_wavelength(const Wavelengths&, Float otherwise) { return otherwise; }
 
 template <class Number>
 TESSERA_INLINE Wavelengths sample_wavelengths(const SensitivityTable&, Number&&) {

@@ -40,6 +40,10 @@ LocalConnection SensorModel::connect(const SensorRecord&, Vec3, Vec2) const {
   return {};
 }
 
+LocalRay SensorModel::start_dispersed(const SensorRecord& sensor, Vec2 place, Vec2 u_lens, Float) const {
+  return start(sensor, place, u_lens);
+}
+
 const SensorModel& sensor_model(SensorKind kind) { return *models[kind]; }
 
 void set_model(SensorKind kind, const SensorModel& model) { models.set(kind, model); }
@@ -49,7 +53,10 @@ SensorKind add_sensor_model(const SensorModel& model) { return models.add(model)
 SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
   const Vec2 place{fma(sample.raster.x, Float(sensor.scale_x), Float(sensor.offset_x)),
                    fma(sample.raster.y, Float(sensor.scale_y), Float(sensor.offset_y))};
-  const LocalRay ray = sensor_model(sensor.kind).start(sensor, place, sample.u_lens);
+  const SensorModel& model = sensor_model(sensor.kind);
+  const LocalRay ray = sensor.disperses
+                           ? model.start_dispersed(sensor, place, sample.u_lens, sample.wavelength)
+                           : model.start(sensor, place, sample.u_lens);
   const WideAffine pose = pose_at(sensor, sample.time);
   SensorRay result{transform_vector(pose, ray.origin), normalize(transform_vector(pose, ray.direction)),
                    select_or_zero(ray.valid, ray.weight), ray.valid};

@@ -11,11 +11,15 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// Where lenses of jobs without wavelengths have their indices: the Fraunhofer line D.
+inline constexpr float kMiddleNm = 589.3f;
+
 /// The numbers that a sample starts with.
 struct SensorSample {
   Vec2 raster;  // pixels from the upper left corner
   Vec2 u_lens;  // uniform in the unit square; models without a lens do not look at it
   Float time;   // time from 0 (the shutter opens) to 1; sensors that stand still do not look at it
+  Float wavelength = Float(kMiddleNm);  // nanometres; with SensorRecord::disperses only
 };
 /// The sample in the middle of the lens at this place, when the shutter opens.
 TESSERA_INLINE SensorSample middle_sample(Vec2 raster) {
@@ -69,6 +73,7 @@ class SensorModel {
     bool connects = true;   // points of the scene can be connected to the sensor
     bool has_axis = true;   // clipping distances are counted along z, else along rays
     bool may_fail = false;  // some rays of start() are not valid
+    bool weighs = false;    // rays of start() have weights other than 1
   };
 
   explicit constexpr SensorModel(const Traits& model_traits) : traits(model_traits) {}
@@ -76,6 +81,9 @@ class SensorModel {
 
   /// The ray of a place, which is one of the raster times the record's scales plus its offsets.
   virtual LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2 u_lens) const = 0;
+  /// The same for light of this wavelength, in nanometres; with SensorRecord::disperses only.
+  virtual LocalRay start_dispersed(const SensorRecord& sensor, Vec2 place, Vec2 u_lens,
+                                   Float wavelength) const;
   /// How a point of sensor space is seen, which with Traits::has_axis has a depth above 0; only with
   /// Traits::connects. Importance and density are by areas of sensor space.
   virtual LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2 u_lens) const;
@@ -99,6 +107,8 @@ SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample);
 SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active);
 
+/// Whether rays that leave the sensor have weights other than 1.
+inline bool weighs_rays(const SensorRecord& sensor) { return sensor_model(sensor.kind).traits.weighs; }
 inline bool has_lens(const SensorRecord& sensor) { return sensor_model(sensor.kind).traits.has_lens; }
 /// Whether points of the scene can be connected to the sensor.
 inline bool connects_to_points(const SensorRecord& sensor) {

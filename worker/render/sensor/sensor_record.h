@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <memory>
 #include <numbers>
 #include <vector>
 
@@ -12,6 +13,8 @@
 #include "render/sensor/response.h"
 
 namespace tessera::render {
+
+struct LensTable;  // lens_table.h
 
 /// Each kind has a model, at the end of whose file it is named; kinds from kCount on are those that
 /// add_sensor_model() gives.
@@ -27,6 +30,7 @@ enum class SensorKind : std::int32_t {
   kFisheyeEquisolid,
   kFisheyeStereographic,
   kFisheyeOrthographic,
+  kLensSystem,
   kCount
 };
 
@@ -54,6 +58,7 @@ inline RasterTraits raster_of(SensorKind kind) {
   switch (kind) {
     case SensorKind::kPinhole:
     case SensorKind::kThinLens:
+    case SensorKind::kLensSystem:  // as its principal rays see it, but for distortion
       return {RasterShape::kPlane};
     case SensorKind::kOrthographic:
     case SensorKind::kOrthographicLens:
@@ -87,6 +92,9 @@ struct SensorRecord {
   float lens_radius = 0;
   float focal_distance = 1;
   float circle_angle = std::numbers::pi_v<float>;  // fisheyes see no farther from the axis, radians
+  std::shared_ptr<const LensTable> lens;           // kLensSystem only
+  // Jobs of wavelengths only: where a ray goes depends on its wavelength.
+  bool disperses = false;
   // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no
   // limit.
   float near_clip = 0, far_clip = 0;

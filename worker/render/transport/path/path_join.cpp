@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "render/integrator/stage_timer.h"
+#include "render/sensor/sensor.h"
 #include "render/transport/path/packing.h"
 #include "render/transport/path/path_reuse.h"
 #include "render/transport/vertex/dispersion.h"
@@ -277,8 +278,9 @@ void PathReuse::hand_out(int place, const Packet& firsts) const {
     for (int c = 0; c < kSpectrumLanes; ++c)
       sum.c[c] = sum.c[c] + select_or_zero(seen, of(weight_.c[c]) * back.c[c]);
   }
-  if (last_first_ > 0) {
-    const Mask behind = firsts.lanes & (gather(first_event_, firsts.slot) > 0);
+  const bool weighs = weighs_rays(scene_.sensor);
+  if (last_first_ > 0 || weighs) {
+    const Mask behind = weighs ? firsts.lanes : firsts.lanes & (gather(first_event_, firsts.slot) > 0);
     sum = select(behind, sum * gather_lanes<Spectrum>(before_, firsts.slot, behind), sum);
   }
   batch_.add_radiance(sum, firsts.slot, firsts.lanes);

@@ -5,6 +5,7 @@
 
 #include "render/light/area/interpolated_normal.h"
 #include "render/light/light_access.h"
+#include "render/sensor/sensor.h"
 #include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/roulette.h"
 
@@ -74,12 +75,10 @@ void PathReuse::at_first(const Encounter& e, Mask lanes) {
   scatter_lanes(e.vertex.surface.p, first_, slot, joined);
   if (disperses(scene_)) scatter(e.path.dispersed, dispersed_, slot, joined);
   if (steering_ != nullptr) scatter(e.steered, steered_, slot, joined);
-  if (e.depth == 0) {  // begun() has the rest
-    if (scene_.any_mix) scatter(e.roulette.y, mix_[0], slot, joined);
-    return;
-  }
-  keep(0, e, joined);
-  scatter_lanes(e.path.beta, before_, slot, joined);
+  if (e.depth > 0 || weighs_rays(scene_.sensor)) scatter_lanes(e.path.beta, before_, slot, joined);
+  if (e.depth > 0) return keep(0, e, joined);
+  // begun() has the rest.
+  if (scene_.any_mix) scatter(e.roulette.y, mix_[0], slot, joined);
 }
 
 void PathReuse::keep(int event, const Encounter& e, Mask lanes) {

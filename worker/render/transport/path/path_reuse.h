@@ -129,10 +129,10 @@ class PathReuse final : public PathObserver {
   Lanes<float> mix_[2];                        // scenes with mixed materials only
   Lanes<float> time_;                          // scenes with motion only
   alignas(64) Lanes<std::int32_t> dispersed_;  // PathFields::dispersed at first surfaces
-  SpectrumLanes before_;  // throughput up to the first surface, where it is not the path's first event
-  Vec3Lanes first_;       // points of first surfaces
-  alignas(64) Lanes<std::int32_t> steered_;  // Encounter::steered of first surfaces
-  Vec3Lanes p_, ng_, ns_;                    // second surfaces, seen from where the path came
+  SpectrumLanes before_;                       // throughput up to the first surface, where it may not be 1
+  Vec3Lanes first_;                            // points of first surfaces
+  alignas(64) Lanes<std::int32_t> steered_;    // Encounter::steered of first surfaces
+  Vec3Lanes p_, ng_, ns_;                      // second surfaces, seen from where the path came
   Lanes<float> error_;
   alignas(64) Lanes<std::int32_t> shared_;  // bits of Shared
   Vec3Lanes to_light_, on_;                 // directions to the sampled light, and in which the path went on

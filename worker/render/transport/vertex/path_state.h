@@ -11,7 +11,9 @@
 namespace tessera::render::TESSERA_ISA {
 
 /// Whether paths may end all of their wavelengths but the first (dispersion.h).
-TESSERA_INLINE bool disperses(const SceneTables& scene) { return kSpectral && scene.any_dispersion; }
+TESSERA_INLINE bool disperses(const SceneTables& scene) {
+  return kSpectral && (scene.any_dispersion || scene.sensor.disperses);
+}
 
 /// One entry a path that is still alive, in no order that matters: `slot` says which sample it belongs to.
 template <class Form>

@@ -8,6 +8,7 @@
 #include "render/sensor/sensor.h"
 #include "render/shape/place.h"
 #include "render/transport/vertex/dimensions.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/layers.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -77,27 +78,32 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
     if (scene_.any_motion)
       // Neighbours share light of one time.
       time = shared.time ? Float(*shared.time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
-    const SensorRay ray = start_ray(scene_.sensor, {raster, lens, time});
     const Wavelengths wavelengths = sample_wavelengths(
         scene_.sensor.response.sensitivity, [&] {  // Neighbours share light of the same ones.
           return shared.wavelength ? Float(*shared.wavelength)
                                    : of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
         });
 
+    SensorSample start{raster, lens, time};
+    start.wavelength = first_wavelength(wavelengths, start.wavelength);
+    const SensorRay ray = start_ray(scene_.sensor, start);
+
     const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-    const WidePath path{.origin = ray.origin,
-                        .direction = ray.direction,
-                        .beta = Spectrum(ray.weight),
-                        .wavelengths = wavelengths,
-                        .pdf = Float(0.0f),
-                        .roulette_scale = Float(1.0f),
-                        .slot = Int::iota(slot),
-                        .normal = zero,
-                        .dispersed = Int(0),
-                        .time = time,
-                        .reference = ray.origin,
-                        .medium = Int(scene_.sensor.medium),
-                        .layer_state = state_at_eye(scene_)};
+    WidePath path{.origin = ray.origin,
+                  .direction = ray.direction,
+                  .beta = Spectrum(ray.weight),
+                  .wavelengths = wavelengths,
+                  .pdf = Float(0.0f),
+                  .roulette_scale = Float(1.0f),
+                  .slot = Int::iota(slot),
+                  .normal = zero,
+                  .dispersed = Int(0),
+                  .time = time,
+                  .reference = ray.origin,
+                  .medium = Int(scene_.sensor.medium),
+                  .layer_state = state_at_eye(scene_)};
+    // Where the lens has sent the path, its first wavelength alone goes.
+    if (kSpectral && scene_.sensor.disperses) end_other_wavelengths(Mask::all(), path);
     store(scene_, path, paths, slot);
     key.pixel.store(keys_.pixel_hash + slot);
     key.reversed_sample.store(keys_.reversed_sample + slot);
