@@ -21,7 +21,7 @@ libraries=(
   # journal, digests, compression
   libsqlitecpp-dev libsqlite3-dev libssl-dev libzstd-dev zlib1g-dev libdeflate-dev
   # renderer and images
-  libembree-dev libtbb-dev libhwy-dev libopenexr-dev libimath-dev libopenimageio-dev libpng-dev libjpeg-dev libcairo2-dev
+  libembree-dev libtbb-dev libhwy-dev libopenexr-dev libimath-dev libopenimageio-dev libopencolorio-dev libpng-dev libjpeg-dev libcairo2-dev
   # scene files
   libpugixml-dev libdraco-dev libmeshoptimizer-dev libassimp-dev
   # configuration

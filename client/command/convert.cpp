@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/gltf_choice.h"
@@ -14,6 +16,7 @@
 #include "image/exr.h"
 #include "image/layer_strip.h"
 #include "image/spectral_image.h"
+#include "image/view/display_view.h"
 #include "import/import.h"
 #include "local/scene_check.h"
 #include "spectra/sensor/sensor_response.h"
@@ -31,6 +34,7 @@ struct ConvertOptions {
   std::vector<std::string> layers;  // layers of the image to write; none: all channels
   // The space of what is seen of a spectral image, and of red, green and blue; empty: their own.
   std::string sensor, rgb_space, white_balance;
+  ViewOptions view;
   bool quiet = false;
 };
 
@@ -76,11 +80,17 @@ int convert_image(const ConvertOptions& options) {
   if (const absl::Status status = check_output(options.output); !status.ok()) {
     return report(kUsage, std::string{status.message()});
   }
+  if (options.view != ViewOptions() && is_exr(options.output)) {
+    return report(kUsage,
+                  "--exposure, --view, --dither and OpenColorIO are for a .png; an .exr keeps its values");
+  }
+  if (const auto view = make_display_view(options.view); !view.ok())
+    return report(kUsage, std::string{view.status().message()});
   absl::StatusOr<Image> image = read_exr(options.input);
   if (image.ok()) image = seen_image(*std::move(image), options);
   if (image.ok() && !options.layers.empty()) image = layer_strip(*image, options.layers);
   if (!image.ok()) return report(kUsage, std::string{image.status().message()});
-  const absl::Status written = write_image(*image, options.output, options.exr);
+  const absl::Status written = write_image(*image, options.output, options.exr, options.view);
   return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
 }
 
@@ -97,6 +107,30 @@ int convert_scene(const ConvertOptions& options) {
   if (written.ok()) return kDone;
   const bool unknown_format = absl::IsInvalidArgument(written) || absl::IsUnimplemented(written);
   return report(unknown_format ? kUsage : kIncomplete, std::string{written.message()});
+}
+
+void define_view_options(Command& command, ViewOptions& view) {
+  constexpr double kMostStops = 64;
+  command.add("--exposure", view.exposure_stops, "of a .png: twice as bright with each stop")
+      .type_name("STOPS")
+      .in_range(-kMostStops, kMostStops);
+  command
+      .add("--view", view.name,
+           absl::StrCat(
+               "how a .png shows what is brighter than the screen: ", absl::StrJoin(builtin_views(), ", "),
+               ", or a view of the configuration (default: srgb, which cuts it off)"))
+      .type_name("NAME");
+  command.add_flag("--dither", view.dithers, "of a .png: smooth gradients without bands");
+  const options::Option config =
+      command.add("--ocio", view.ocio_config, "a configuration of OpenColorIO, whose views a .png has")
+          .type_name("FILE");
+  command.add("--ocio-display", view.ocio_display, "of the configuration (default: its own choice)")
+      .type_name("NAME")
+      .needs(config);
+  command.add("--ocio-space", view.ocio_space, "the configuration's name of the space that the image is in")
+      .type_name("NAME")
+      .needs(config)
+      .with_default();
 }
 
 }  // namespace
@@ -118,6 +152,7 @@ void add_convert_command(CommandLine& line) {
       .type_name("LIGHT");
   command.add("--rgb-space", options->rgb_space, "of an .exr: the space of red, green and blue")
       .one_of(wire::words_of(*google::protobuf::GetEnumDescriptor<v1::RgbSpace>()));
+  define_view_options(command, options->view);
   command
       .add("--layers", options->layers,
            "of an .exr: these layers, side by side; rgba is the picture, visits a heat map")
@@ -127,6 +162,7 @@ void add_convert_command(CommandLine& line) {
   define_gltf_options(command, options->gltf);
   command.example("tessera convert scene.pbrt scene.textproto");
   command.example("tessera convert picture.exr picture.png");
+  command.example("tessera convert picture.exr picture.png --exposure 1.5 --view agx");
   command.example("tessera convert spectral.exr seen.exr --sensor cie2006 --rgb-space rec2020");
   command.does([options](Interrupt&) {
     const bool is_image = is_exr(options->input);

@@ -2,12 +2,14 @@
 
 #include <png.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cmath>
 #include <csetjmp>
 #include <cstdio>
 #include <cstring>
+#include <memory>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -18,12 +20,17 @@
 
 namespace tessera::client {
 
-unsigned char srgb_byte(float linear) {
-  if (!(linear > 0)) return 0;  // NaN too
-  if (linear >= 1) return 255;
-  const float encoded = linear <= 0.0031308f ? 12.92f * linear : 1.055f * std::pow(linear, 1 / 2.4f) - 0.055f;
-  return static_cast<unsigned char>(std::lround(255 * encoded));
+namespace {
+
+/// `rounding` is added before the code is cut to a whole one.
+unsigned char byte_of(double code, double rounding) {
+  if (!(code > 0)) return 0;  // NaN too
+  return static_cast<unsigned char>(std::min(255.0, std::floor(255 * static_cast<float>(code) + rounding)));
 }
+
+}  // namespace
+
+unsigned char srgb_byte(float linear) { return byte_of(srgb_encoded(linear), 0.5); }
 
 namespace {
 
@@ -86,15 +93,29 @@ class PngFile {
   char error_[256] = "";
 };
 
-absl::Status write_rows(const Image& image, Rows& rows, const std::string& path, const std::string& file) {
+/// A half, or a pixel's threshold from 0 to 1, another one for each channel.
+double rounding(bool dithers, std::size_t x, std::int32_t y, std::size_t channel) {
+  if (!dithers) return 0.5;
+  // One over the plastic number and its square; channels are far apart in the sequence.
+  constexpr double kAlongX = 0.7548776662466927, kAlongY = 0.5698402909980532;
+  const double place =
+      kAlongX * static_cast<double>(x + 37 * channel) + kAlongY * (y + 17.0 * static_cast<double>(channel));
+  return place - std::floor(place);
+}
+
+absl::Status write_rows(const Image& image, Rows& rows, const ViewOptions& options, const DisplayView& view,
+                        const std::string& path, const std::string& file) {
   const auto error = [&](const PngFile& png) {
     return absl::InternalError(absl::StrCat(path, ": cannot write: ", png.error()));
   };
   const auto width = static_cast<std::size_t>(image.data.width());
   const std::array<std::size_t, 3> channels = rgb_channels(image);
-  const std::optional<spectra::Matrix3> rec709 = rec709_from(image);
+  const std::optional<spectra::Matrix3> rec709 =
+      view.takes_rec709() ? rec709_from(image) : std::optional<spectra::Matrix3>();
+  const double exposure = std::exp2(options.exposure_stops);
   std::array<std::vector<float>, 3> row;
   row.fill(std::vector<float>(width));
+  std::vector<spectra::Triple> colors(width);
   std::vector<unsigned char> bytes(3 * width);
   PngFile png;
   if (!png.open(file, image.data)) return error(png);
@@ -103,9 +124,13 @@ absl::Status write_rows(const Image& image, Rows& rows, const std::string& path,
       if (absl::Status status = rows.read(channels[c], y, row[c]); !status.ok()) return status;
     }
     for (std::size_t x = 0; x < width; ++x) {
-      spectra::Triple color = {row[0][x], row[1][x], row[2][x]};
-      if (rec709) color = spectra::times(*rec709, color);
-      for (std::size_t c = 0; c < 3; ++c) bytes[3 * x + c] = srgb_byte(static_cast<float>(color[c]));
+      colors[x] = {exposure * row[0][x], exposure * row[1][x], exposure * row[2][x]};
+      if (rec709) colors[x] = spectra::times(*rec709, colors[x]);
+    }
+    view.show(colors);
+    for (std::size_t x = 0; x < width; ++x) {
+      for (std::size_t c = 0; c < 3; ++c)
+        bytes[3 * x + c] = byte_of(colors[x][c], rounding(options.dithers, x, y, c));
     }
     if (!png.write(bytes)) return error(png);
   }
@@ -114,15 +139,18 @@ absl::Status write_rows(const Image& image, Rows& rows, const std::string& path,
 
 }  // namespace
 
-absl::Status write_png(const Image& image, const std::string& path) {
+absl::Status write_png(const Image& image, const std::string& path, const ViewOptions& view) {
   ImageRows rows(image);
-  return write_png(image, rows, path);
+  return write_png(image, rows, path, view);
 }
 
-absl::Status write_png(const Image& image, Rows& rows, const std::string& path) {
+absl::Status write_png(const Image& image, Rows& rows, const std::string& path, const ViewOptions& options) {
   if (image.channels.empty() || image.pixel_count() == 0)
     return absl::InvalidArgumentError(absl::StrCat(path, ": the image is empty"));
-  return replace_file(path, [&](const std::string& file) { return write_rows(image, rows, path, file); });
+  const absl::StatusOr<std::unique_ptr<DisplayView>> view = make_display_view(options);
+  if (!view.ok()) return view.status();
+  return replace_file(
+      path, [&](const std::string& file) { return write_rows(image, rows, options, **view, path, file); });
 }
 
 }  // namespace tessera::client

@@ -45,8 +45,9 @@ absl::Status check_writable(const std::string& path) {
 
 bool is_exr(const std::string& path) { return extension_of(path) == ".exr"; }
 
-absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr) {
-  if (extension_of(path) == ".png") return write_png(image, path);
+absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr,
+                         const ViewOptions& view) {
+  if (extension_of(path) == ".png") return write_png(image, path, view);
   return write_exr(image, path, exr);
 }
 

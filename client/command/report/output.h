@@ -7,6 +7,7 @@
 #include "image/exr.h"
 #include "image/exr/rows.h"
 #include "image/image.h"
+#include "image/view/display_view.h"
 
 namespace tessera::client {
 
@@ -20,8 +21,9 @@ absl::Status check_writable(const std::string& path);
 /// Whether the name of a file says so.
 bool is_exr(const std::string& path);
 
-/// Chooses the format by extension: a linear EXR, or a tone-mapped PNG.
-absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr = {});
+/// Chooses the format by extension: a linear EXR, or a PNG for screens.
+absl::Status write_image(const Image& image, const std::string& path, const ExrFormat& exr = {},
+                         const ViewOptions& view = {});
 /// The same of an image whose planes have names, but no values: those are `rows`.
 absl::Status write_image(const Image& image, Rows& rows, const std::string& path, const ExrFormat& exr = {});
 

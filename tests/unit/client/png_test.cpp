@@ -35,6 +35,17 @@ TEST(Png, SrgbBytesDecodeToTheNearestCode) {
   }
 }
 
+/// Red, green and blue of all pixels.
+std::vector<unsigned char> read_png(const std::string& path) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  EXPECT_TRUE(png_image_begin_read_from_file(&png, path.c_str()));
+  png.format = PNG_FORMAT_RGB;
+  std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(png));
+  EXPECT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
+  return bytes;
+}
+
 TEST(Png, WritesRowsFromTheTop) {
   const support::TempDir directory;
   Image image;
@@ -44,16 +55,48 @@ TEST(Png, WritesRowsFromTheTop) {
   image.add("B").values = {0, 0, 1, 0.5f, 0, -1};
   ASSERT_TRUE(write_png(image, directory / "a.png").ok());
 
-  png_image png{};
-  png.version = PNG_IMAGE_VERSION;
-  ASSERT_TRUE(png_image_begin_read_from_file(&png, (directory / "a.png").c_str()));
-  png.format = PNG_FORMAT_RGB;
-  ASSERT_EQ(png.width, 3u);
-  ASSERT_EQ(png.height, 2u);
-  std::vector<unsigned char> bytes(PNG_IMAGE_SIZE(png));
-  ASSERT_TRUE(png_image_finish_read(&png, nullptr, bytes.data(), 0, nullptr));
-  EXPECT_EQ(bytes,
+  EXPECT_EQ(read_png(directory / "a.png"),
             (std::vector<unsigned char>{255, 0, 0, 0, 255, 0, 0, 0, 255, 188, 188, 188, 0, 0, 0, 0, 255, 0}));
+}
+
+Image grey_image(std::int32_t side, float value) {
+  Image image;
+  image.data = image.display = {0, 0, side, side};
+  for (const char* name : {"R", "G", "B"})
+    image.add(name).values.assign(static_cast<std::size_t>(side * side), value);
+  return image;
+}
+
+TEST(Png, ExposureIsInStops) {
+  const support::TempDir directory;
+  ASSERT_TRUE(write_png(grey_image(1, 0.09f), directory / "a.png", {.exposure_stops = 1}).ok());
+  EXPECT_EQ(read_png(directory / "a.png")[0], srgb_byte(0.18f));
+}
+
+TEST(Png, DitheringKeepsTheMeanOfAnArea) {
+  const support::TempDir directory;
+  constexpr std::int32_t kSide = 64;
+  for (const float value : {0.0f, 0.01f, 0.1803f, 0.5f, 1.0f}) {
+    const Image image = grey_image(kSide, value);
+    ASSERT_TRUE(write_png(image, directory / "a.png", {.dithers = true}).ok());
+    const std::vector<unsigned char> bytes = read_png(directory / "a.png");
+    // Of the whole image and of each block of 8x8: a code apart at most, and near the code that 8 bits lack.
+    for (const std::int32_t block : {kSide, 8}) {
+      for (std::int32_t y = 0; y < kSide; y += block) {
+        for (std::int32_t x = 0; x < kSide; x += block) {
+          for (std::int32_t c = 0; c < 3; ++c) {
+            double sum = 0;
+            for (std::int32_t i = 0; i < block * block; ++i) {
+              const std::int32_t pixel = (y + i / block) * kSide + x + i % block;
+              sum += bytes[static_cast<std::size_t>(3 * pixel + c)];
+            }
+            EXPECT_NEAR(sum / (block * block), 255 * srgb_encoded(value), block == kSide ? 0.005 : 0.06)
+                << value;
+          }
+        }
+      }
+    }
+  }
 }
 
 /// Rows that are made when they are asked for, and tell what was asked.

@@ -142,9 +142,15 @@ class FrameSource {
   }
 
   paintColors(data, look, out) {
-    const table = look.tone.table, channel = look.channel;
+    const { table, mix } = look.tone, channel = look.channel;
     for (let at = 0; at < data.length; at += 4) {
       if (data[at + 3] === 0) continue;
+      if (mix && channel < 0) {
+        const codes = mix(data[at], data[at + 1], data[at + 2]);
+        for (let band = 0; band < 3; ++band) out[at + band] = 255 * codes[band] + 0.5;
+        out[at + 3] = 255;
+        continue;
+      }
       const r = table[data[at]], g = table[data[at + 1]], b = table[data[at + 2]];
       if (channel < 0) {
         out[at] = r; out[at + 1] = g; out[at + 2] = b;
