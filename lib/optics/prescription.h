@@ -2,6 +2,7 @@
 // Lengths are in millimetres, wavelengths in nanometres.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -49,6 +50,7 @@ struct Prescription {
 struct Fault {
   int line = 0, column = 0;  // of the file, from 1; 0: not known
   std::string message;
+  std::size_t surface = 0;  // from 1; 0: none of them
 };
 
 /// Height above the plane of the vertex, on the film's side of it above 0, at this distance from the axis (of

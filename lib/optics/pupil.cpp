@@ -11,7 +11,7 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int kTurns = 96;     // corners of an outline
+constexpr int kTurns = 144;    // corners of an outline
 constexpr int kHalvings = 18;  // of the distance to the edge
 constexpr int kRings = 64, kColumns = 24;
 
@@ -99,8 +99,24 @@ double height_at(const std::vector<Point>& hull, double x) {
   return a.y + (b.y - a.y) * (x - a.x) / (b.x - a.x);
 }
 
-/// Appends a cell's nodes: the convex hull of the points, as trapezoids. It is made larger by what these, and
-/// outlines with corners, leave out, so that it stays outside of what is open.
+/// Heights at these places between which straight lines lie on the outer side (1: above, -1: below) of a
+/// chain.
+std::vector<double> around(const std::vector<Point>& hull, const std::vector<double>& xs, double side) {
+  std::vector<double> heights, spare(xs.size());
+  for (const double x : xs) heights.push_back(height_at(hull, x));
+  for (const Point corner : hull) {
+    const auto next = std::clamp<std::ptrdiff_t>(
+        std::upper_bound(xs.begin(), xs.end(), corner.x) - xs.begin(), 1, std::ssize(xs) - 1);
+    const auto b = static_cast<std::size_t>(next), a = b - 1;
+    const double part = xs[b] > xs[a] ? (corner.x - xs[a]) / (xs[b] - xs[a]) : 0;
+    const double beyond = side * (corner.y - (heights[a] + part * (heights[b] - heights[a])));
+    spare[a] = std::max(spare[a], beyond), spare[b] = std::max(spare[b], beyond);
+  }
+  for (std::size_t i = 0; i < xs.size(); ++i) heights[i] += side * spare[i];
+  return heights;
+}
+
+/// Appends a cell's nodes: the convex hull of the points, made a little larger, as trapezoids around it.
 void add_cell(std::vector<Point> points, std::vector<PupilNode>& nodes) {
   if (points.size() < 3) {
     nodes.resize(nodes.size() + PupilTable::kNodes);
@@ -108,23 +124,21 @@ void add_cell(std::vector<Point> points, std::vector<PupilNode>& nodes) {
   }
   Point middle;
   for (const Point p : points) middle.x += p.x / points.size(), middle.y += p.y / points.size();
-  const double larger = 1.002 / (std::cos(pi / kTurns) * std::cos(pi / (2 * (PupilTable::kNodes - 1))));
-  for (Point& p : points) p = {middle.x + (p.x - middle.x) * larger, middle.y + (p.y - middle.y) * larger};
+  constexpr double kLarger = 1.005;  // corners of pupils lie between the turns of an outline
+  for (Point& p : points) p = {middle.x + (p.x - middle.x) * kLarger, middle.y + (p.y - middle.y) * kLarger};
   std::sort(points.begin(), points.end(),
             [](Point a, Point b) { return a.x < b.x || (a.x == b.x && a.y < b.y); });
   const std::vector<Point> low = chain(points, false), high = chain(points, true);
+  // Closer at the ends, where round outlines are steep.
   const double first = points.front().x, last = points.back().x;
+  std::vector<double> xs;
+  for (int i = 0; i < PupilTable::kNodes; ++i)
+    xs.push_back(first + (last - first) * (1 - std::cos(pi * i / (PupilTable::kNodes - 1))) / 2);
+  const std::vector<double> lows = around(low, xs, -1), highs = around(high, xs, 1);
   double area = 0;
-  for (int i = 0; i < PupilTable::kNodes; ++i) {
-    // Closer at the ends, where round outlines are steep.
-    const double x = first + (last - first) * (1 - std::cos(pi * i / (PupilTable::kNodes - 1))) / 2;
-    PupilNode node{x, height_at(low, x), height_at(high, x), 0};
-    if (i > 0) {
-      const PupilNode& before = nodes.back();
-      area += (node.x - before.x) * (node.high - node.low + before.high - before.low) / 2;
-      node.area_before = area;
-    }
-    nodes.push_back(node);
+  for (std::size_t i = 0; i < xs.size(); ++i) {
+    if (i > 0) area += (xs[i] - xs[i - 1]) * (highs[i] - lows[i] + highs[i - 1] - lows[i - 1]) / 2;
+    nodes.push_back({xs[i], lows[i], highs[i], area});
   }
 }
 

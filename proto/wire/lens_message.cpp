@@ -46,7 +46,8 @@ optics::Prescription prescription_of(const v1::LensPrescription& message,
     } else {
       faults.push_back(
           {0, 0,
-           absl::StrCat("surface ", lens.surfaces.size(), ": ", std::string(formula.status().message()))});
+           absl::StrCat("surface ", lens.surfaces.size(), ": ", std::string(formula.status().message())),
+           lens.surfaces.size()});
     }
   }
   return lens;
