@@ -1,24 +1,20 @@
 #include "plot/log_log_plot.h"
 
-#include <cairo-svg.h>
 #include <cairo.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <memory>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "image/atomic_file.h"
+#include "plot/plot_file.h"
 
 namespace tessera::client {
 namespace {
 
 constexpr double kWidth = 1200, kHeight = 750;
 constexpr double kPlotLeft = 120, kPlotTop = 110, kPlotBottom = kHeight - 90, kLegendWidth = 330;
-constexpr int kPngScale = 2;
 
 struct Color {
   double r, g, b;
@@ -240,46 +236,14 @@ class Drawing {
   Axis x_, y_;
 };
 
-using Surface = std::unique_ptr<cairo_surface_t, decltype(&cairo_surface_destroy)>;
-
-absl::Status status_of(cairo_status_t status, const std::string& path) {
-  if (status == CAIRO_STATUS_SUCCESS) return absl::OkStatus();
-  return absl::InternalError(absl::StrCat(path, ": cannot draw: ", cairo_status_to_string(status)));
-}
-
-absl::Status draw_file(const LogLogPlot& plot, const std::string& path, bool svg) {
-  const Surface surface(
-      svg ? cairo_svg_surface_create(path.c_str(), kWidth, kHeight)
-          : cairo_image_surface_create(CAIRO_FORMAT_RGB24, int(kWidth) * kPngScale, int(kHeight) * kPngScale),
-      &cairo_surface_destroy);
-  {
-    const std::unique_ptr<cairo_t, decltype(&cairo_destroy)> cairo(cairo_create(surface.get()),
-                                                                   &cairo_destroy);
-    if (!svg) cairo_scale(cairo.get(), kPngScale, kPngScale);
-    Drawing(cairo.get(), plot).draw();
-    if (auto s = status_of(cairo_status(cairo.get()), path); !s.ok()) return s;
-  }
-  cairo_surface_flush(surface.get());
-  if (!svg) return status_of(cairo_surface_write_to_png(surface.get(), path.c_str()), path);
-  cairo_surface_finish(surface.get());
-  return status_of(cairo_surface_status(surface.get()), path);
-}
-
 }  // namespace
-
-absl::Status check_plot_path(const std::string& path) {
-  if (absl::EndsWithIgnoreCase(path, ".png") || absl::EndsWithIgnoreCase(path, ".svg"))
-    return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(path, ": plots are written as .png or .svg"));
-}
 
 absl::Status write_plot(const LogLogPlot& plot, const std::string& path) {
   if (auto s = check_plot_path(path); !s.ok()) return s;
   const bool any = std::ranges::any_of(
       plot.series, [](const PlotSeries& series) { return std::ranges::any_of(series.points, can_draw); });
   if (!any) return absl::InvalidArgumentError(absl::StrCat(path, ": there is nothing to plot"));
-  const bool svg = absl::EndsWithIgnoreCase(path, ".svg");
-  return replace_file(path, [&](const std::string& file) { return draw_file(plot, file, svg); });
+  return draw_file(path, kWidth, kHeight, [&](cairo_t* cairo) { Drawing(cairo, plot).draw(); });
 }
 
 }  // namespace tessera::client

@@ -80,6 +80,31 @@ class Scene(Materials, Shapes, Lights):
         camera.fisheye.circle_degrees = circle
         self._place_camera(camera, world_from_camera, clip)
 
+    def lens_camera(
+        self,
+        world_from_camera: npt.ArrayLike,
+        lens: camera_pb2.LensPrescription,
+        focus: float = 0.0,
+        f_number: float = 0.0,
+        film_diagonal: float = 0.0,
+        blades: int = 0,
+        units_per_mm: float = 0.001,
+        clip: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """A lens system, whose `lens` `google.protobuf.text_format.Parse` reads from a file. `focus` is the
+        distance from the film of what is sharp (0: infinity); the lens is as open as `f_number` says (0: fully);
+        `film_diagonal` in millimetres (0: 43.27); a stop of `blades` is a polygon (0: round)."""
+        camera = self._camera()
+        camera.lens.Clear()
+        camera.lens.lens.CopyFrom(lens)
+        camera.lens.focus_distance = focus
+        camera.lens.f_number = f_number
+        camera.lens.film_diagonal_mm = film_diagonal
+        if blades:
+            camera.lens.blades = blades
+        camera.lens.units_per_mm = units_per_mm
+        self._place_camera(camera, world_from_camera, clip)
+
     def cylindrical_camera(
         self,
         world_from_camera: npt.ArrayLike,

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "import/input/concat.h"
+#include "import/pbrt/realistic_camera.h"
 #include "wire/film_size.h"
 
 namespace tessera::client::pbrt {
@@ -110,7 +111,7 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
                         "the image is written in Rec.709 whatever the colour space of the film");
   }
   warn_of_crop(context, parameters);
-  // Names and formats of files are the command line's; "diagonal" serves cameras with real lenses.
+  // Names and formats of files are the command line's; "diagonal" serves cameras with lens systems.
   parameters.ignore({"filename", "savefp16", "diagonal"});
 }
 
@@ -184,7 +185,7 @@ void write_spherical(Context& context, ParameterList& parameters, v1::Camera& me
 
 }  // namespace
 
-void write_camera(Context& context, Directive& camera) {
+void write_camera(Context& context, Directive& camera, Directive& film) {
   v1::Camera& message = *context.scene.mutable_camera();
   if (camera.type == "perspective") {
     write_perspective(context, camera.parameters, message);
@@ -192,16 +193,12 @@ void write_camera(Context& context, Directive& camera) {
     write_orthographic(context, camera.parameters, message);
   } else if (camera.type == "spherical") {
     write_spherical(context, camera.parameters, message);
+  } else if (camera.type == "realistic") {
+    write_realistic_camera(context, camera, film);
   } else {
-    context.diagnostics.error(
-        camera.parameters.where(),
-        camera.type == "realistic"
-            ? std::string(
-                  "camera \"realistic\" is not supported: a perspective camera with \"lensradius\" and "
-                  "\"focaldistance\" comes near")
-            : concat("unknown camera \"", camera.type,
-                     "\": expected perspective, orthographic or spherical"));
-    return;
+    context.diagnostics.error(camera.parameters.where(),
+                              concat("unknown camera \"", camera.type,
+                                     "\": expected perspective, orthographic, spherical or realistic"));
   }
 }
 

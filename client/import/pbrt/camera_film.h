@@ -18,8 +18,8 @@ void write_filter(Context& context, Directive& filter);
 /// Size and exposure. `shutter_seconds` is the camera's exposure time. The film comes before the camera.
 void write_film(Context& context, Directive& film, double shutter_seconds);
 
-/// All of the camera but where it stands.
-void write_camera(Context& context, Directive& camera);
+/// All of the camera but where it stands. Lens systems look at the size of the film.
+void write_camera(Context& context, Directive& camera, Directive& film);
 
 /// Seconds.
 struct ShutterTimes {

@@ -225,7 +225,7 @@ void DirectiveHandler::finish() {
   write_film(context_, film_, shutter_.close - shutter_.open);
   write_filter(context_, filter_);
   place_camera();
-  write_camera(context_, camera_);
+  write_camera(context_, camera_, film_);
   write_sampler(context_, sampler_);
   write_integrator(context_, integrator_);
   note_places();

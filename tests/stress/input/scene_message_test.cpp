@@ -1,5 +1,6 @@
 // The worker takes a Scene message from anybody: bad numbers in each of its fields, without an importer
 // before it.
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -146,9 +147,24 @@ class SceneMessage : public testing::Test {
     fisheye.set_fov_degrees(180);
     fisheye.set_circle_degrees(170);
     samples_[3].scene.mutable_camera()->mutable_cylindrical()->set_fov_degrees(300);
+    v1::LensCamera& lens = *samples_[4].scene.mutable_camera()->mutable_lens();
+    ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(kLens, &lens));
+    *samples_[5].scene.mutable_camera()->mutable_lens() = lens;
+    lens.set_f_number(4);
+    samples_[5].scene.mutable_camera()->mutable_lens()->set_stop_diameter_mm(12);
   }
 
-  static constexpr int kSamples = 4;
+  static constexpr const char* kLens = R"(
+      lens { surfaces { thickness_mm: 3 diameter_mm: 20 stop: true }
+             surfaces { radius_mm: 50 thickness_mm: 6 diameter_mm: 24 index: 1.5 conic: -0.5 aspheric: 1e-8
+                        coating { index: 1.38 thickness_nm: 100 } }
+             surfaces { radius_mm: -90 thickness_mm: 1 diameter_mm: 24 }
+             surfaces { radius_mm: 900 thickness_mm: 2 diameter_mm: 24 cylindrical: true axis_degrees: 30
+                        dispersion { abbe { index: 1.6 number: 50 } } }
+             surfaces { thickness_mm: 1 diameter_mm: 24 dispersion { cauchy { a: 1.5 b: 0.004 c: 0.0001 } } }
+             surfaces { thickness_mm: 60 diameter_mm: 24 } }
+      film_diagonal_mm: 40 focus_distance: 5 blades: 6 blade_degrees: 10 units_per_mm: 0.001)";
+  static constexpr int kSamples = 6;
 
   support::TempDir folder_;
   client::ImportedScene samples_[kSamples];

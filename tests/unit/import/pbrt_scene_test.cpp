@@ -300,8 +300,36 @@ TEST_F(PbrtScene, NamesWhatIsMissing) {
   EXPECT_THAT(warnings_of(scene),
               HasSubstr("scene.pbrt:6:1: an area light on a shape of interface material is ignored"));
   EXPECT_THAT(warnings_of(scene), HasSubstr("its transformation is singular"));
-  EXPECT_THAT(error_of(import_text("Camera \"realistic\"\nWorldBegin")),
-              HasSubstr("camera \"realistic\" is not supported"));
+}
+
+TEST_F(PbrtScene, RealisticCamerasHaveTheirLensFromAFile) {
+  write("lens.dat", "# A singlet\n0 2 0 20\n50 6 1.5 24\n-90 60 0 24\n");
+  const auto result = import_text(
+      "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float aperturediameter\" 12 "
+      "\"float focusdistance\" 3\nFilm \"rgb\" \"float diagonal\" 40\nWorldBegin");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::LensCamera& camera = result->scene.camera().lens();
+  ASSERT_EQ(camera.lens().surfaces_size(), 3);
+  EXPECT_EQ(camera.lens().name(), "A singlet");
+  EXPECT_TRUE(camera.lens().surfaces(0).stop());
+  EXPECT_EQ(camera.lens().surfaces(1).index(), 1.5);
+  EXPECT_EQ(camera.stop_diameter_mm(), 12);
+  EXPECT_EQ(camera.focus_distance(), 3);
+  EXPECT_EQ(camera.film_diagonal_mm(), 40);
+  EXPECT_EQ(camera.brightness(), v1::LensCamera::IRRADIANCE);
+  EXPECT_EQ(warnings_of(*result), "");
+}
+
+TEST_F(PbrtScene, FaultsOfALensNameItsFile) {
+  EXPECT_THAT(error_of(import_text("Camera \"realistic\"\nWorldBegin")), HasSubstr("needs a \"lensfile\""));
+  write("lens.dat", "0 2 0 20\n5 6 1.5 24\n-90 60 nothing 24\n");
+  const std::string camera = "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float focusdistance\" ";
+  EXPECT_THAT(error_of(import_text(camera + "3\nWorldBegin")), HasSubstr("lens.dat:3:8: 'nothing' is no number"));
+  write("lens.dat", "0 2 0 20\n5 6 1.5 24\n-90 60 0 24\n");
+  EXPECT_THAT(error_of(import_text(camera + "3\nWorldBegin")),
+              HasSubstr("lens.dat:2: surface 2: an aperture of 24 mm is larger than its element"));
+  write("lens.dat", "0 2 0 20\n50 6 1.5 24\n-90 60 0 24\n");
+  EXPECT_THAT(error_of(import_text(camera + "0.1\nWorldBegin")), HasSubstr("nearer than possible"));
 }
 
 TEST_F(PbrtScene, MotionIsCutToTheExposure) {
