@@ -4,8 +4,8 @@
 # found; what was left out is named. Without clang-tidy there is nothing to look for faults with, which it says.
 #
 #   deploy/lint.sh                      form alone: seconds
-#   deploy/lint.sh --changed SOURCES    faults as well, of folders in which something has changed, as long as they
-#                                       have so many sources together: what the gate asks for, whatever the time
+#   deploy/lint.sh --changed SOURCES    faults as well, in lines that have changed, of folders with so many sources
+#                                       together: what the gate asks for, whatever the time
 #   deploy/lint.sh SECONDS              faults of all folders, for that long, from another one on with each commit
 #   deploy/lint.sh FILE...              form and faults of these
 . "$(dirname "${BASH_SOURCE[0]}")/lib.sh"
@@ -64,6 +64,20 @@ sources_of() {
   done
 }
 
+# changed_lines: clang-tidy's filter, [{"name":"proto/wire/limits.h","lines":[[3,5],[9,9]]},...], of what differs from
+# the base (changed_files in lib.sh). Where that is too long for an argument, the files as a whole.
+changed_lines() {
+  git diff -U0 --diff-filter=d "$(base_commit)" -- '*.h' '*.cpp' | awk '
+    /^\+\+\+ / {file = substr($2, 3); next}
+    /^@@ / {count = split(substr($3, 2), range, ",") == 1 ? 1 : range[2]
+            if (count > 0) lines[file] = lines[file] ",[" range[1] "," range[1] + count - 1 "]"}
+    END {for (file in lines) {
+           all = all ",{\"name\":\"" file "\",\"lines\":[" substr(lines[file], 2) "]}"
+           files = files ",{\"name\":\"" file "\"}"
+         }
+         print "[" substr(length(all) < 100000 ? all : files, 2) "]"}'
+}
+
 # tidy UNIT: notes the unit, and fails when something is found in it. Does nothing once a time is over.
 tidy() {
   local left result=0 said
@@ -73,7 +87,7 @@ tidy() {
     said=$(timeout "$left" clang-tidy --quiet -p build/lint "$1" 2>&1) || result=$?
     [ $result -ne 124 ] || return 0
   else
-    said=$(clang-tidy --quiet -p build/lint "$1" 2>&1) || result=$?
+    said=$(clang-tidy --quiet -p build/lint ${lines:+"--line-filter=$lines"} "$1" 2>&1) || result=$?
   fi
   echo "$1" >>"$work/checked.txt"
   [ $result -eq 0 ] || {
@@ -85,7 +99,7 @@ tidy() {
 check_faults() {
   # Files from which headers of the lint build are generated may have changed, and so may the list of sources.
   build lint tessera_generated
-  local all turn first
+  local all turn first lines=
   units >"$work/units.txt"
   mapfile -t all < <(cut -d ' ' -f 1 "$work/units.txt" | uniq)
   turn=$(($(git rev-list --count HEAD 2>/dev/null || echo 0) * 17 % ${#all[@]}))
@@ -94,7 +108,9 @@ check_faults() {
   else
     mapfile -t first < <(changed_files)
     all=("${all[@]:turn}" "${all[@]:0:turn}")
-    [ -z "$most_sources" ] || all=()
+    if [ -n "$most_sources" ]; then
+      all=() lines=$(changed_lines)
+    fi
   fi
   sources_of "${first[@]}" | sort -u >"$work/first.txt"
   { awk 'NR == FNR {first[$1]; next} $2 in first {n[$1]++} END {for (unit in n) print n[unit], unit}' \
@@ -109,7 +125,7 @@ check_faults() {
   deadline=
   [ -z "$seconds" ] || deadline=$(($(date +%s) + seconds))
   export -f tidy
-  export deadline work
+  export deadline work lines
   xargs -r -P "$(nproc)" -n 1 bash -c 'tidy "$0"' <"$work/wanted.txt" >"$work/found.txt" || {
     echo
     cat "$work/found.txt" >&2

@@ -4,8 +4,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
-#include "absl/strings/str_join.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/gltf_choice.h"
@@ -116,9 +114,9 @@ void define_view_options(Command& command, ViewOptions& view) {
       .in_range(-kMostStops, kMostStops);
   command
       .add("--view", view.name,
-           absl::StrCat(
-               "how a .png shows what is brighter than the screen: ", absl::StrJoin(builtin_views(), ", "),
-               ", or a view of the configuration (default: srgb, which cuts it off)"))
+           "how a .png shows what is brighter than the screen (default: srgb, which cuts it off): filmic, "
+           "aces, "
+           "agx, or a view of the configuration")
       .type_name("NAME");
   command.add_flag("--dither", view.dithers, "of a .png: smooth gradients without bands");
   const options::Option config =

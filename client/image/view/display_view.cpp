@@ -22,8 +22,6 @@ namespace {
 using spectra::Matrix3;
 using spectra::Triple;
 
-constexpr std::string_view kViews[] = {"srgb", "filmic", "aces", "agx"};
-
 /// A number that curves can take: colours without bound are as bright as half floats can be.
 double bounded(double value) { return value > 0 ? std::min(value, 65504.0) : 0; }
 
@@ -97,18 +95,22 @@ class ColorFunctionView final : public DisplayView {
 
 }  // namespace
 
-std::span<const std::string_view> builtin_views() { return kViews; }
+const std::vector<std::string>& builtin_views() {
+  static const std::vector<std::string> views = {"srgb", "filmic", "aces", "agx"};
+  return views;
+}
 
 absl::StatusOr<std::unique_ptr<DisplayView>> make_display_view(const ViewOptions& options) {
   if (!options.ocio_config.empty()) return make_ocio_view(options);
   constexpr Triple (*kFunctions[])(const Triple&) = {srgb, filmic, aces, agx};
-  const auto view = std::ranges::find(kViews, options.name.empty() ? kViews[0] : options.name);
-  if (view == std::end(kViews)) {
+  const std::vector<std::string>& views = builtin_views();
+  const auto view = std::ranges::find(views, options.name.empty() ? views.front() : options.name);
+  if (view == views.end()) {
     return absl::InvalidArgumentError(absl::StrCat("there is no view \"", options.name, "\" but ",
-                                                   absl::StrJoin(kViews, ", "),
+                                                   absl::StrJoin(views, ", "),
                                                    " without a configuration of OpenColorIO"));
   }
-  return std::make_unique<ColorFunctionView>(kFunctions[view - kViews]);
+  return std::make_unique<ColorFunctionView>(kFunctions[view - views.begin()]);
 }
 
 }  // namespace tessera::client

@@ -4,7 +4,7 @@
 #include <memory>
 #include <span>
 #include <string>
-#include <string_view>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "image/image.h"
@@ -43,7 +43,7 @@ class DisplayView {
 /// along the fit of [Narkowicz2015] to the ACES curve. `aces`: the fit of [Hill2017] to the reference
 /// rendering and output transforms, in which bright colours turn white. `agx`: primaries moved towards white,
 /// then a sigmoid of the logarithm of exposure, after [Sobotka2022].
-std::span<const std::string_view> builtin_views();
+const std::vector<std::string>& builtin_views();
 
 /// InvalidArgument for a view, display, space or configuration that is not there; the message names those
 /// that are.

@@ -64,6 +64,18 @@ def choose(field, value):
     )
 
 
+# Bytes of 8, 0.2 and 0.05, given as 16-bit floats, in the looks that mix colours: as in display_view_test.cpp.
+LOOKS = {3: "255,188,119", 4: "255,173,159"}
+
+
+async def looks(browser):
+    for curve, expected in LOOKS.items():
+        shown = await browser.evaluate(
+            f"(() => {{ const tone = new Tone(); tone.set(0, {curve});"
+            " return tone.mix(0x4800, 0x3266, 0x2a66).map((code) => Math.round(255 * code)).join(); })()")
+        check(shown == expected, f"look {curve} shows {shown}")
+
+
 async def picture(farm, browser):
     """The page pauses, resumes and sets the priority; tiles show in the canvas; the page cancels."""
     # So many samples that no machine is done with them while the page is looked at.

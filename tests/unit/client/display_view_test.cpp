@@ -22,14 +22,14 @@ Triple shown(const DisplayView& view, Triple color) {
   return color;
 }
 
-std::unique_ptr<DisplayView> builtin(std::string_view name) {
-  auto view = make_display_view({.name = std::string(name)});
+std::unique_ptr<DisplayView> builtin(const std::string& name) {
+  auto view = make_display_view({.name = name});
   EXPECT_TRUE(view.ok()) << view.status();
   return *std::move(view);
 }
 
 TEST(DisplayView, KeepsBlackAndOrder) {
-  for (const std::string_view name : builtin_views()) {
+  for (const std::string& name : builtin_views()) {
     const auto view = builtin(name);
     const Triple black = shown(*view, {0, 0, 0});
     double before = -1;
@@ -73,7 +73,7 @@ TEST(DisplayView, CurvesHaveTheValuesOfTheirSources) {
 TEST(DisplayView, TakesWhatIsNoColour) {
   const double nan = std::numeric_limits<double>::quiet_NaN(),
                infinite = std::numeric_limits<double>::infinity();
-  for (const std::string_view name : builtin_views()) {
+  for (const std::string& name : builtin_views()) {
     for (const Triple& color : {Triple{nan, infinite, -infinite}, Triple{-1, -1, -1}}) {
       for (const double code : shown(*builtin(name), color)) {
         EXPECT_GE(code, 0) << name;

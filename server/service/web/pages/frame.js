@@ -147,7 +147,7 @@ class FrameSource {
       if (data[at + 3] === 0) continue;
       if (mix && channel < 0) {
         const codes = mix(data[at], data[at + 1], data[at + 2]);
-        for (let band = 0; band < 3; ++band) out[at + band] = 255 * codes[band] + 0.5;
+        for (let band = 0; band < 3; ++band) out[at + band] = 255 * codes[band];
         out[at + 3] = 255;
         continue;
       }

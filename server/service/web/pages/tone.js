@@ -38,7 +38,7 @@ const kMixes = {
   },
 };
 
-/// The look of a 16-bit float: byte by its bits. Looks of kMixes have `mix`, too, for whole colours.
+/// The look of a 16-bit float: byte by its bits; clamped arrays round. Looks of kMixes have `mix`, too, for whole colours.
 class Tone {
   constructor() { this.table = new Uint8ClampedArray(65536); this.key = ""; this.mix = null; }
   set(exposure, curve) {
@@ -51,13 +51,13 @@ class Tone {
       let value = Math.max(0, fromHalf(bits) * scale);
       if (!(value < Infinity)) value = Number.isNaN(value) ? 0 : 1e9;
       if (this.mix) {
-        this.table[bits] = 255 * this.mix(bits, bits, bits)[1] + 0.5;
+        this.table[bits] = 255 * this.mix(bits, bits, bits)[1];
         continue;
       }
       // Filmic: the fit of [Narkowicz 2015] to the ACES curve.
       if (curve === 1)
         value = value > 1e4 ? 1 : value * (2.51 * value + 0.03) / (value * (2.43 * value + 0.59) + 0.14);
-      this.table[bits] = 255 * (curve === 2 ? value : srgbCode(value)) + 0.5;
+      this.table[bits] = 255 * (curve === 2 ? value : srgbCode(value));
     }
     return true;
   }
