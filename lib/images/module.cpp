@@ -8,6 +8,7 @@
 #include <exception>
 #include <memory>
 #include <new>
+#include <string>
 
 namespace tessera::images {
 namespace {
@@ -18,6 +19,16 @@ using Input = std::unique_ptr<OIIO::ImageInput>;
 std::string reason_of(const OIIO::ImageInput& input, const char* otherwise) {
   std::string reason = input.geterror();
   return reason.empty() ? otherwise : reason.substr(0, reason.find('\n'));
+}
+
+/// The channels that are bands of a spectrum, "S0.550,000000nm" of light or "T.550,000000nm" of matter
+/// [Fichet, Pacanowski & Wilkie 2021], of an image that has no colours beside them.
+std::ptrdiff_t bands_alone(const OIIO::ImageSpec& spec) {
+  const auto& names = spec.channelnames;
+  if (std::ranges::find(names, "R") != names.end()) return 0;
+  return std::ranges::count_if(names, [](const std::string& name) {
+    return (name.starts_with("S") || name.starts_with("T.")) && name.ends_with("nm");
+  });
 }
 
 /// A file in memory, opened. Null, with a message, when that fails.
@@ -44,6 +55,10 @@ Input open(OIIO::Filesystem::IOMemReader& memory, const char* format, OIIO::Imag
     message = "it has no pixels";
   } else if (spec.depth > 1) {
     message = "volumes are not supported";
+  } else if (const auto bands = bands_alone(spec); bands > 0) {
+    message =
+        "it has " + std::to_string(bands) +
+        " bands of a spectrum, where red, green and blue were expected: tessera convert makes these of them";
   } else {
     return input;
   }

@@ -5,6 +5,7 @@
 #include "import/input/concat.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
+#include "wire/film_sensor.h"
 
 namespace tessera::client {
 namespace {
@@ -14,6 +15,11 @@ std::string hindrance(const IntegratorName& asked, const v1::Scene& scene) {
   if (wire::find_algorithm(asked.ours) == nullptr) return "does not exist here";
   v1::Algorithms algorithms;
   algorithms.set_integrator(std::string(asked.ours));
+  algorithms.set_color(scene.settings().color());
+  v1::JobSpec::View view;
+  view.set_film(scene.settings().film());
+  if (wire::bands_of(view).count > 0 && !wire::find_algorithm(asked.ours)->bands)
+    return "gives pictures no bands";
   return wire::obstacle_to(algorithms, scene, asked.sees_media);
 }
 

@@ -1,9 +1,13 @@
 #include "import/mitsuba/film.h"
 
 #include <algorithm>
+#include <string>
+#include <vector>
 
+#include "base/nearest_name.h"
 #include "import/input/concat.h"
 #include "import/mitsuba/document/property_reader.h"
+#include "import/mitsuba/sensitivities.h"
 #include "wire/film_size.h"
 
 namespace tessera::client::mitsuba {
@@ -63,6 +67,19 @@ double read_pixels(PropertyReader& reader, std::string_view name, double fallbac
   return fallback;
 }
 
+/// Pictures are of red, green and blue; what else there is in "alpha" and other channels is the command
+/// line's.
+void check_pixel_format(PropertyReader& film) {
+  const std::string format = film.keyword("pixel_format", "rgb");
+  if (format == "rgb" || format == "rgba" || film.object().type != "hdrfilm") return;
+  const std::vector<std::string> known = {"rgb", "rgba", "luminance", "luminance_alpha", "xyz", "xyza"};
+  const bool is_known = std::ranges::find(known, format) != known.end();
+  film.diagnostics().warning(film.find("pixel_format")->where,
+                             concat("pixel_format \"", format,
+                                    "\" is not supported: the picture is of red, green and blue in Rec.709",
+                                    is_known ? "" : base::did_you_mean(format, known)));
+}
+
 }  // namespace
 
 FilmWindow write_film(Context& context, Object* film) {
@@ -71,10 +88,13 @@ FilmWindow write_film(Context& context, Object* film) {
     write_filter(context, nullptr);
   } else {
     PropertyReader reader(context, *film);
-    if (film->type != "hdrfilm") {
+    if (film->type == "specfilm") {
+      write_film_sensitivities(reader);
+    } else if (film->type != "hdrfilm") {
       reader.warn(
           concat("film \"", film->type, "\" is not supported: an RGB image is made, as with hdrfilm"));
     }
+    check_pixel_format(reader);
     window.width = read_pixels(reader, "width", window.width, 1, kMaxPixels);
     window.height = read_pixels(reader, "height", window.height, 1, kMaxPixels);
     window.crop_x = read_pixels(reader, "crop_offset_x", 0, 0, window.width - 1);
@@ -84,8 +104,8 @@ FilmWindow write_film(Context& context, Object* film) {
     window.crop_height = read_pixels(reader, "crop_height", most_y, 1, most_y);
     write_filter(context, reader.child("rfilter"));
     // Files and their formats are the command line's.
-    reader.ignore({"file_format", "pixel_format", "component_format", "banner", "compensate", "sample_border",
-                   "high_quality_edges"});
+    reader.ignore(
+        {"file_format", "component_format", "banner", "compensate", "sample_border", "high_quality_edges"});
   }
   context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(window.crop_width));
   context.scene.mutable_film()->set_height(static_cast<std::uint32_t>(window.crop_height));

@@ -8,6 +8,7 @@
 #include "import/input/concat.h"
 #include "import/mitsuba/field_of_view.h"
 #include "import/mitsuba/film.h"
+#include "import/mitsuba/sensitivities.h"
 #include "wire/limits.h"
 
 namespace tessera::client::mitsuba {
@@ -116,7 +117,10 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
     return;
   }
   write_sampler(context, reader.child("sampler"));
-  const FilmWindow film = write_film(context, reader.child("film"));
+  Object* const film_object = reader.child("film");
+  const FilmWindow film = write_film(context, film_object);
+  if (film_object != nullptr) context.note(context.scene.film(), *film_object);
+  write_sensor_response(reader, film_object != nullptr && film_object->type == "specfilm");
   v1::Camera& camera = *context.scene.mutable_camera();
   context.note(camera, sensor);
   if (Object* medium = reader.child("medium")) camera.set_medium(media.use(*medium));

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "import/input/concat.h"
+#include "import/pbrt/film_sensor.h"
 #include "import/pbrt/realistic_camera.h"
 #include "wire/film_size.h"
 
@@ -31,25 +32,6 @@ void warn_of_crop(Context& context, ParameterList& parameters) {
                                                            "\" of the film is not taken over: the whole "
                                                            "image is rendered; use --crop for a part"));
   }
-}
-
-/// The sensor: only pbrt's default, which passes colours through, is here.
-double read_exposure(Context& context, ParameterList& parameters, double shutter_seconds) {
-  const std::string sensor = parameters.get_string("sensor", "cie1931", context.diagnostics);
-  if (sensor != "cie1931") {
-    context.diagnostics.warning(parameters.where(),
-                                concat("film sensor \"", sensor, "\" is not supported yet: cie1931 is used"));
-  }
-  if (parameters.get_float("whitebalance", 0, context.diagnostics) != 0) {
-    context.diagnostics.warning(parameters.where(),
-                                "\"whitebalance\" of the film is not supported yet: none is done");
-  }
-  if (std::isfinite(parameters.get_float("maxcomponentvalue", HUGE_VAL, context.diagnostics))) {
-    context.diagnostics.warning(parameters.where(),
-                                "\"maxcomponentvalue\" of the film is not applied: samples are never "
-                                "clamped");
-  }
-  return shutter_seconds * parameters.get_float("iso", 100, context.diagnostics) / 100;
 }
 
 }  // namespace
@@ -84,12 +66,11 @@ void write_filter(Context& context, Directive& filter) {
 void write_film(Context& context, Directive& film, double shutter_seconds) {
   Diagnostics& diagnostics = context.diagnostics;
   ParameterList& parameters = film.parameters;
-  if (film.type == "gbuffer" || film.type == "spectral") {
-    diagnostics.warning(
-        parameters.where(),
-        concat("film \"", film.type, "\" is not supported yet: an RGB image is made; use --aov for more"));
-    parameters.ignore({"coordinatesystem", "nbuckets", "lambdamin", "lambdamax"});
-  } else if (film.type != "rgb") {
+  if (film.type == "gbuffer") {
+    diagnostics.warning(parameters.where(),
+                        "film \"gbuffer\" is not supported yet: an RGB image is made; use --aov for more");
+    parameters.ignore({"coordinatesystem"});
+  } else if (film.type != "rgb" && film.type != "spectral") {
     diagnostics.error(parameters.where(),
                       concat("unknown film \"", film.type, "\": expected rgb, gbuffer or spectral"));
     return;
@@ -104,12 +85,7 @@ void write_film(Context& context, Directive& film, double shutter_seconds) {
   }
   context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(width));
   context.scene.mutable_film()->set_height(static_cast<std::uint32_t>(height));
-  const double exposure = read_exposure(context, parameters, shutter_seconds);
-  if (exposure != 1) context.scene.mutable_film()->set_exposure(static_cast<float>(exposure));
-  if (parameters.color_space() != ColorSpace::kSrgb) {
-    diagnostics.warning(parameters.where(),
-                        "the image is written in Rec.709 whatever the colour space of the film");
-  }
+  write_film_sensor(context, film, shutter_seconds);
   warn_of_crop(context, parameters);
   // Names and formats of files are the command line's; "diagonal" serves cameras with lens systems.
   parameters.ignore({"filename", "savefp16", "diagonal"});

@@ -15,7 +15,8 @@ struct Directive {
 /// The filter; its radii default to those of pbrt-v4.
 void write_filter(Context& context, Directive& filter);
 
-/// Size and exposure. `shutter_seconds` is the camera's exposure time. The film comes before the camera.
+/// Size, sensor (film_sensor.h) and exposure. `shutter_seconds` is the camera's exposure time. The film comes
+/// before the camera.
 void write_film(Context& context, Directive& film, double shutter_seconds);
 
 /// All of the camera but where it stands. Lens systems look at the size of the film.

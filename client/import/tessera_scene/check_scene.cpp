@@ -11,6 +11,8 @@
 #include "import/input/concat.h"
 #include "import/tessera_scene/animation.h"
 #include "spectra/matter/dispersion.h"
+#include "spectra/sensor/bands.h"
+#include "spectra/sensor/sensor_name.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
@@ -41,6 +43,16 @@ constexpr std::string_view kReflectances[] = {"reflectance", "transmittance", "b
 
 std::string_view name_in_package(const FieldDescriptor& field) {
   return std::string_view(field.full_name()).substr(kPackage.size());
+}
+
+/// Settings that are words of a syntax of their own.
+absl::Status check_setting(const std::string& text, const FieldDescriptor& field) {
+  const std::string_view name = name_in_package(field);
+  if (text.empty()) return absl::OkStatus();
+  if (name == "RenderSettings.sensor") return spectra::parse_sensor(text).status();
+  if (name == "RenderSettings.white_balance") return spectra::parse_white_balance(text).status();
+  if (name == "RenderSettings.film") return spectra::parse_film(text).status();
+  return absl::OkStatus();
 }
 
 class SceneCheck {
@@ -88,7 +100,11 @@ class SceneCheck {
     reflection->ListFields(message, &fields);
     for (const FieldDescriptor* field : fields) {
       if (field->cpp_type() == FieldDescriptor::CPPTYPE_STRING && !field->is_repeated()) {
-        check_reference(reflection->GetString(message, field), *field, locate(locations, field, -1, where));
+        const std::string text = reflection->GetString(message, field);
+        const SourceLocation place = locate(locations, field, -1, where);
+        check_reference(text, *field, place);
+        if (const absl::Status fault = check_setting(text, *field); !fault.ok())
+          diagnostics_.error(place, concat(field->name(), ": ", std::string(fault.message())));
       }
       if (field->cpp_type() != FieldDescriptor::CPPTYPE_MESSAGE) continue;
       const int count = field->is_repeated() ? reflection->FieldSize(message, field) : 1;

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "service/farm/farm_views.h"
 #include "service/job/job_table.h"
+#include "spectra/sensor/bands.h"
 #include "wire/scene_views.h"
 
 namespace tessera::server {
@@ -23,6 +24,15 @@ double cpu_seconds_of(const v1::UnitStats& stats) {
 
 }  // namespace
 
+std::vector<ShownPicture::Band> ShownPicture::bands_of(const JobShape& shape) {
+  std::vector<Band> bands;
+  for (std::size_t c = 0; c < shape.channels.size(); ++c) {
+    // A band's deviations have its name with an end of their own.
+    if (const auto nm = spectra::centre_of_channel(shape.channels[c].name)) bands.push_back({c, *nm});
+  }
+  return bands;
+}
+
 ShownPicture::ShownPicture(FarmViews& views, std::string job, std::shared_ptr<const JobShape> shape,
                            PictureLayer layer)
     : views_(views),
@@ -30,6 +40,7 @@ ShownPicture::ShownPicture(FarmViews& views, std::string job, std::shared_ptr<co
       shape_(std::move(shape)),
       area_(crop_of(shape_->spec)),
       layer_(std::move(layer)),
+      bands_(bands_of(*shape_)),
       picture_(area_, Picture::level_for(area_), layer_) {}
 
 absl::Status ShownPicture::add(const v1::UnitResult& result, double cpu_seconds) {
@@ -37,7 +48,8 @@ absl::Status ShownPicture::add(const v1::UnitResult& result, double cpu_seconds)
   const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(result.payload());
   if (!tile.ok()) return tile.status();
   const std::lock_guard lock(mutex_);
-  if (picture_.level() > 0) results_.push_back({result.sequence(), {tile->x0, tile->y0, tile->x1, tile->y1}});
+  if (picture_.level() > 0 || !bands_.empty())
+    results_.push_back({result.sequence(), {tile->x0, tile->y0, tile->x1, tile->y1}});
   return picture_.add(*tile, cpu_seconds);
 }
 
@@ -114,9 +126,7 @@ absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelA
   Picture fine(film, level, layer_);
   fine.set_pilot(std::move(pilot));
   for (const std::uint64_t sequence : sequences) {
-    const absl::StatusOr<std::string> payload = views_.result_of(job_, sequence);
-    if (!payload.ok()) return payload.status();
-    const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(*payload);
+    const absl::StatusOr<wire::TileResult> tile = read(sequence);
     if (!tile.ok()) return tile.status();
     double seconds = 0;
     if (layer_.kind == PictureLayer::Kind::kCost) {
@@ -126,6 +136,47 @@ absl::StatusOr<std::string> ShownPicture::part(std::uint32_t level, const PixelA
     if (absl::Status status = fine.add(*tile, seconds); !status.ok()) return status;
   }
   return fine.pixels(level, {0, 0, pixels.width(), pixels.height()});
+}
+
+absl::StatusOr<wire::TileResult> ShownPicture::read(std::uint64_t sequence) const {
+  const absl::StatusOr<std::string> payload = views_.result_of(job_, sequence);
+  if (!payload.ok()) return payload.status();
+  return wire::decode_tile_result(*payload);
+}
+
+absl::StatusOr<ShownPicture::Spectrum> ShownPicture::spectrum(std::uint32_t x, std::uint32_t y) {
+  if (bands_.empty()) return absl::InvalidArgumentError("the job's film has no bands (--film spectral:N)");
+  if (x >= area_.width() || y >= area_.height())
+    return absl::InvalidArgumentError("the picture has no such pixel");
+  const std::uint32_t film_x = area_.x0 + x, film_y = area_.y0 + y;
+  std::vector<std::uint64_t> sequences;
+  std::size_t reread = 0;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const Result& result : results_) {
+      if (intersection(result.area, {film_x, film_y, film_x + 1, film_y + 1}).empty()) continue;
+      sequences.push_back(result.sequence);
+      reread += std::size_t{result.area.width()} * result.area.height() * shape_->channels.size();
+    }
+  }
+  if (sequences.size() > kMostReread || reread > kMostRereadPixels)
+    return absl::ResourceExhaustedError("this pixel is made of too many results to read its bands again");
+  Spectrum spectrum;
+  std::vector<double> sums(bands_.size());
+  for (const std::uint64_t sequence : sequences) {
+    const absl::StatusOr<wire::TileResult> tile = read(sequence);
+    if (!tile.ok()) return tile.status();
+    if (tile->channels.size() != shape_->channels.size()) continue;  // a hole, as in add()
+    const std::size_t pixels = tile->pixel_count(),
+                      at = std::size_t{film_y - tile->y0} * (tile->x1 - tile->x0) + (film_x - tile->x0);
+    spectrum.samples += tile->counts[at];
+    for (std::size_t b = 0; b < bands_.size(); ++b) sums[b] += tile->values[bands_[b].channel * pixels + at];
+  }
+  for (std::size_t b = 0; b < bands_.size(); ++b) {
+    spectrum.centres_nm.push_back(bands_[b].centre_nm);
+    if (spectrum.samples > 0) spectrum.values.push_back(sums[b] / static_cast<double>(spectrum.samples));
+  }
+  return spectrum;
 }
 
 ShownPicture::News ShownPicture::since(std::uint64_t generation, std::uint64_t changes) const {

@@ -33,6 +33,15 @@ class ShownPicture {
   /// ResourceExhausted where it is made of too many results.
   absl::StatusOr<std::string> part(std::uint32_t level, const PixelArea& pixels);
 
+  /// The bands of radiance of one pixel, means over its samples; without any there are no values.
+  struct Spectrum {
+    std::vector<double> centres_nm, values;
+    std::uint64_t samples = 0;
+  };
+  /// That of pixel (x, y) of the crop, read from the results again. InvalidArgument where the job has no
+  /// bands or the crop no such pixel, ResourceExhausted where the pixel is made of too many results.
+  absl::StatusOr<Spectrum> spectrum(std::uint32_t x, std::uint32_t y);
+
   /// The changes since a page was told, which may be everything.
   struct News {
     std::uint64_t generation = 0;  // the picture was begun anew so often
@@ -51,15 +60,22 @@ class ShownPicture {
     std::uint64_t sequence;
     PixelArea area;
   };
+  struct Band {
+    std::size_t channel;
+    double centre_nm;
+  };
+  static std::vector<Band> bands_of(const JobShape& shape);
 
   absl::Status add(const v1::UnitResult& result, double cpu_seconds);
   void find_pilot();
+  absl::StatusOr<wire::TileResult> read(std::uint64_t sequence) const;
 
   FarmViews& views_;
   const std::string job_;
   const std::shared_ptr<const JobShape> shape_;
   const PixelArea area_;
   const PictureLayer layer_;
+  const std::vector<Band> bands_;
 
   std::mutex following_;  // locked before mutex_
   std::uint64_t after_ = 0;
@@ -69,7 +85,7 @@ class ShownPicture {
   std::shared_ptr<const wire::PilotBlocks> pilot_;  // written by who holds following_, too
   std::uint64_t generation_ = 1;
   std::uint32_t revision_ = 0;
-  std::vector<Result> results_;  // kept where levels below the picture's may be asked for
+  std::vector<Result> results_;  // kept where levels below the picture's, or bands, may be asked for
 };
 
 /// Pictures that are looked at, and a few that were. Thread-safe.

@@ -61,6 +61,18 @@ std::optional<std::uint32_t> number_of(const std::string& text) {
   return number;
 }
 
+/// The parameters of these names, in this order; InvalidArgument for one that is no number.
+absl::StatusOr<std::vector<std::uint32_t>> numbers_of(const HttpRequest& request,
+                                                      std::initializer_list<const char*> names) {
+  std::vector<std::uint32_t> numbers;
+  for (const char* name : names) {
+    const std::optional<std::uint32_t> number = number_of(request.parameter(name));
+    if (!number) return absl::InvalidArgumentError(absl::StrCat(name, " is not a number"));
+    numbers.push_back(*number);
+  }
+  return numbers;
+}
+
 std::string text_member(const Json& object, const char* name) {
   const auto found = object.find(name);
   return found != object.end() && found->is_string() ? found->get<std::string>() : "";
@@ -254,6 +266,7 @@ HttpAnswer WebSite::read(const HttpRequest& request, const Visitor& who) {
   }
   if (request.path == "/api/events") return events(request, who);
   if (request.path == "/api/pixels") return pixels(request, who);
+  if (request.path == "/api/spectrum") return spectrum(request, who);
   if (request.path != "/api/job") return refusal(absl::NotFoundError("there is nothing here"));
   const std::string id = request.parameter("id");
   if (absl::Status status = rights_.check(who.caller, request.peer, id); !status.ok()) return refusal(status);
@@ -281,13 +294,9 @@ HttpAnswer WebSite::events(const HttpRequest& request, const Visitor& who) {
 HttpAnswer WebSite::pixels(const HttpRequest& request, const Visitor& who) {
   const std::string job = request.parameter("job");
   if (absl::Status s = rights_.check(who.caller, request.peer, job); !s.ok()) return refusal(s);
-  std::uint32_t numbers[5];
-  std::size_t at = 0;
-  for (const char* name : {"level", "x0", "y0", "x1", "y1"}) {
-    const std::optional<std::uint32_t> number = number_of(request.parameter(name));
-    if (!number) return refusal(absl::InvalidArgumentError(absl::StrCat(name, " is not a number")));
-    numbers[at++] = *number;
-  }
+  const auto asked = numbers_of(request, {"level", "x0", "y0", "x1", "y1"});
+  if (!asked.ok()) return refusal(asked.status());
+  const std::vector<std::uint32_t>& numbers = *asked;
   const absl::StatusOr<std::shared_ptr<ShownPicture>> picture =
       pictures_.open(job, request.parameter("layer"));
   if (!picture.ok()) return refusal(picture.status());
@@ -300,6 +309,20 @@ HttpAnswer WebSite::pixels(const HttpRequest& request, const Visitor& who) {
   return {.type = "application/octet-stream",
           .body = *std::move(bytes),
           .headers = {{"Cache-Control", "no-store"}, {"X-Tessera-More", more ? "1" : "0"}}};
+}
+
+HttpAnswer WebSite::spectrum(const HttpRequest& request, const Visitor& who) {
+  const std::string job = request.parameter("job");
+  if (absl::Status s = rights_.check(who.caller, request.peer, job); !s.ok()) return refusal(s);
+  const auto place = numbers_of(request, {"x", "y"});
+  if (!place.ok()) return refusal(place.status());
+  const absl::StatusOr<std::shared_ptr<ShownPicture>> picture =
+      pictures_.open(job, request.parameter("layer"));
+  if (!picture.ok()) return refusal(picture.status());
+  const auto spectrum = (*picture)->spectrum(place->front(), place->back());
+  if (!spectrum.ok()) return refusal(spectrum.status());
+  return json_answer(
+      {{"nm", spectrum->centres_nm}, {"values", spectrum->values}, {"samples", spectrum->samples}});
 }
 
 HttpAnswer WebSite::change(const HttpRequest& request, const Visitor& who) {

@@ -36,6 +36,7 @@ struct SiteOptions {
 /// - GET /api/events?workers&log&job&layer: news (feed.h), for as long as the connection holds
 /// - GET /api/job?id: all that is known of a job
 /// - GET /api/pixels?job&layer&level&x0&y0&x1&y1: Picture::pixels, counted from the crop's corner
+/// - GET /api/spectrum?job&layer&x&y: ShownPicture::spectrum of a pixel, counted from the crop's corner
 /// - POST /api/cancel, pause, resume, retry {"id"}; /api/priority {"id", "priority"}
 /// - POST /api/login {"token"}; /api/logout
 class WebSite {
@@ -59,6 +60,7 @@ class WebSite {
   HttpAnswer log_out(const HttpRequest& request);
   HttpAnswer events(const HttpRequest& request, const Visitor& who);
   HttpAnswer pixels(const HttpRequest& request, const Visitor& who);
+  HttpAnswer spectrum(const HttpRequest& request, const Visitor& who);
   /// Unauthenticated for somebody who is not known, PermissionDenied for somebody who was expelled or whose
   /// role is not for `method` (is_allowed).
   absl::StatusOr<Visitor> identify(const HttpRequest& request, const std::string& method) const;

@@ -133,6 +133,26 @@ async def picture(farm, browser):
     return worker
 
 
+async def spectrum(farm, browser):
+    """A click on a pixel of a film with bands shows its spectrum; one beside the picture takes it away."""
+    job = farm.submit("scenes/metamers/scene.textproto", "--spp", "4", "--resolution", "64x48", "--film", "spectral:12")
+    await browser.open(farm.page(f"#/job/{job}"))
+    await browser.until(f"jobs.has({job!r}) && jobs.get({job!r}).state === 'DONE'")
+    await browser.until("viewer.source !== null && viewer.source.valueAt(32, 24) !== null")
+    box = await browser.evaluate(
+        "(() => { const b = byId('canvas').getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
+    )
+    for kind in ("mousePressed", "mouseReleased"):
+        await browser.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+    await browser.until("document.querySelector('#spectrum:not([hidden]) .curve') !== null")
+    steps = await browser.evaluate("document.querySelector('#spectrum .curve').getAttribute('d').split('H').length - 1")
+    check(steps == 12, f"{steps} steps in the plot of 12 bands")
+    caption = await browser.evaluate("document.querySelector('#spectrum figcaption').textContent")
+    check(caption.endswith(": 4 samples"), f"the plot says '{caption}'")
+    await browser.evaluate("viewer.probe(-1, -1)")
+    check(await browser.evaluate("byId('spectrum').hidden"), "a plot beside the picture")
+
+
 async def noise(farm, browser):
     """A job with noise has one result a tile: its map is the pilot's, or that of its variance."""
     told = {}

@@ -121,5 +121,31 @@ TEST(ThinFilm, IsThatOfMatricesOfLayersAtEveryWavelength) {
   std::printf("films at single wavelengths: worst error %.5f, mean %.5f\n", worst, sum / kFilms);
 }
 
+/// What one wavelength has of a material is the same, whatever others the path has: pictures do not depend on
+/// how wavelengths are sampled.
+TEST(Layers, WavelengthsKnowNothingOfEachOther) {
+  const auto layers = [](float others, float film) {
+    return gltf("layers " + std::to_string(film), {.roughness = 0.4f,
+                                                   .base = {0.8f, others / 4, others / 4},
+                                                   .specular_color = {1, others, others},
+                                                   .film = film});
+  };
+  const auto plastic = [](float others) {
+    return phong(20, 0, {0.9f, others / 3, others / 3}, {0.7f, others / 3, others / 3});
+  };
+  const std::array<std::array<BsdfCase, 2>, 3> pairs = {
+      {{layers(0.2f, 0), layers(3, 0)}, {layers(0.2f, 1), layers(3, 1)}, {plastic(0.1f), plastic(3)}}};
+  for (const auto& [one, other] : pairs) {
+    for (const double theta : {5.0, 40.0, 75.0}) {
+      const Direction wo = direction(theta, 10), wi = direction(30, 200);
+      const Eval a = one.eval(wo, wi), b = other.eval(wo, wi);
+      // The series of a film ends where the parts of all wavelengths are below 1e-3.
+      const double tolerance = one.flags & render::kPrepared ? 2e-3 : 1e-6;
+      EXPECT_NEAR(a.f_cos[0], b.f_cos[0], tolerance * a.f_cos[0]) << one.name << ", " << theta;
+      EXPECT_GT(std::abs(a.f_cos[1] - b.f_cos[1]), 0.01 * b.f_cos[1]) << one.name << ", " << theta;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tessera::test

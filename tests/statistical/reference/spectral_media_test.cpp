@@ -130,5 +130,58 @@ TEST(SpectralMedia, GridsOfColoursAreAsMediaOfOneColour) {
   }
 }
 
+TEST(SpectralMedia, GridsTimesWhatWasMeasuredAreAsMediaOfIt) {
+  const std::vector<float> halves(8, 0.5f);
+  TestBlobs blobs = light_blobs();
+  blobs["halves"] = wire::encode_volume({2, 2, 2, 1, std::span(halves)});
+  const auto grid = [](const std::string& field, const std::string& factor) {
+    return absl::StrCat(field, " { grid { blob { digest: 'halves' } ", cube("world_from_grid"), " factor { ",
+                        factor, " } } } ");
+  };
+  const auto times = [](double factor, std::array<double, 3> values) {
+    for (double& value : values) value *= factor;
+    return values;
+  };
+  std::array<double, 3> scattering;
+  for (std::size_t c = 0; c < 3; ++c) scattering[c] = kExtinction[c] * kAlbedo[c];
+  const std::array<double, 3> light = light_of_channels();
+  const spectra::Triple expected = in_daylight([curve = plateaus(light)](double nm) { return curve.at(nm); });
+  const std::string extinction = grid("extinction", message_of(plateaus(times(2, kExtinction))));
+  for (const std::string& scatters : {constant("albedo", message_of(plateaus(kAlbedo))),
+                                      grid("albedo", message_of(plateaus(times(2, kAlbedo)))),
+                                      grid("sigma_s", message_of(plateaus(times(2, scattering))))}) {
+    SCOPED_TRACE(scatters);
+    expect_color(picture_of(ball(extinction + scatters, 1), "volpath", 8, kSpectral, 0, blobs), expected,
+                 6e-3);
+  }
+  // Light that a grid gives, of a spectrum.
+  const spectra::Curve daylight = spectra::unit_d65();
+  const std::string glow = constant("extinction", message_of(kAbsorption)) +
+                           constant("albedo", "constant: 0") + grid("emission", "blackbody { kelvin: 3000 }");
+  expect_color(picture_of(ball(glow, 0), "volpath", 8, kSpectral, 0, blobs), in_daylight([&](double nm) {
+                 return 0.5 * spectra::relative_planck(nm, 3000) / daylight.at(nm) *
+                        (1 - std::exp(-kRadius * kAbsorption.at(nm)));
+               }),
+               6e-3);
+}
+
+TEST(SpectralMedia, GridsAbsorbWhatNoObserverSees) {
+  const std::vector<float> ones(8, 1.0f);
+  TestBlobs blobs = light_blobs();
+  blobs["ones"] = wire::encode_volume({2, 2, 2, 1, std::span(ones)});
+  const spectra::Curve infrared{{880, 881, 1000}, {0, 0.5f, 0.5f}};
+  const Picture picture = picture_of(
+      ball(absl::StrCat("extinction { grid { blob { digest: 'ones' } ", cube("world_from_grid"), " factor { ",
+                        message_of(infrared), " } } } albedo { constant { constant: 0 } }"),
+           1),
+      "volpath", 8, absl::StrCat(kSpectral, " sensor: 'band:900-950' white_balance: 'none' "), 0, blobs);
+  const Picture clear = picture_of(
+      ball("extinction { constant { constant: 0 } } albedo { constant { constant: 0 } }", 1), "volpath", 8,
+      absl::StrCat(kSpectral, " sensor: 'band:900-950' white_balance: 'none' "), 0, blobs);
+  ASSERT_FALSE(picture.values.empty() || clear.values.empty());
+  // A share exp(-1) of the paths passes majorants of the same height: the deviation over all of them.
+  EXPECT_NEAR(picture.whole(0).mean / clear.whole(0).mean, std::exp(-kRadius * 0.5), 6e-3);
+}
+
 }  // namespace
 }  // namespace tessera::test

@@ -10,6 +10,7 @@
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
 #include "support/process/temp_dir.h"
+#include "wire/algorithm.h"
 
 namespace tessera::client {
 namespace {
@@ -73,6 +74,20 @@ TEST(AutoChoice, SettingsLeaveOutWhatDoesNotGoWithThem) {
 
   request.settings.mutable_irradiance_cache()->set_view(true);
   EXPECT_THAT(choose_job(request, empty_scene(), "", {}).status().message(), HasSubstr("irradiance-cache"));
+}
+
+TEST(AutoChoice, FilmsWithBandsGetAnIntegratorThatWritesThem) {
+  JobSettings request = asking_for_auto();
+  request.settings.set_color(v1::COLOR_SPECTRAL);
+  request.settings.set_film("spectral:4");
+  const auto chosen = choose_job(request, empty_scene(), "", {});
+  ASSERT_TRUE(chosen.ok()) << chosen.status();
+  EXPECT_TRUE(wire::find_algorithm(chosen->job->spec.content().algorithms().integrator())->bands);
+  for (const char* other : {"path", "bdpt", "vcm", "light"}) {
+    const bool writes_bands = wire::find_algorithm(other)->bands;
+    EXPECT_EQ(left_out(*chosen, other).find("bands") == std::string::npos, writes_bands)
+        << other << ": " << left_out(*chosen, other);
+  }
 }
 
 /// A room with a lamp and a ball of a material.

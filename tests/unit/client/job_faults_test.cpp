@@ -313,6 +313,13 @@ TEST(JobFaults, OfMediaWhereTheyAreSeen) {
        "extinction: grid: its transform is singular"},
       {"media { name: 'i' extinction { grid { blob { path: 'one.vol' } } } scale: 1e9 }",
        "its optical depth"},
+      {"media { name: 'l' extinction { grid { blob { path: 'one.vol' } factor { sampled { wavelengths_nm: "
+       "[700, 400] values: [1, 1] } } } } }",
+       "medium (l): extinction: factor: wavelengths of a spectrum must ascend"},
+      {"media { name: 'm' sigma_s { grid { blob { path: 'one.vol' } factor { named: 'stdillum-D66' } } } }",
+       "scattering: factor: no spectrum is called 'stdillum-D66'; did you mean 'stdillum-D65'?"},
+      {"media { name: 'n' emission { grid { blob { path: 'one.vol' } factor { constant: -1 } } } }",
+       "emission: a coefficient is negative"},
       {"media { name: 'j' world_from_bounds " SINGULAR " }", "bounds: its transform is singular"},
       {"media { name: 'k' extinction { grid { blob { path: 'one.vol' } } } }", ""}};
   const auto volume = [](std::uint32_t channels, const std::vector<float>& samples) {

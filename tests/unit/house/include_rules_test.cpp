@@ -37,7 +37,7 @@ const std::map<std::string, Rooms>& rules() {
       {"server/tls", {"tls", "base", "net", "wire"}},
       {"server/connections", {"connections", "base", "telemetry"}},
       {"server/service",
-       {"service", "connections", "scheduler", "store", "tls", "base", "net", "telemetry", "wire",
+       {"service", "connections", "scheduler", "store", "tls", "base", "net", "spectra", "telemetry", "wire",
         "tessera/v1"}},
       {"server/notify", {"notify", "service", "telemetry", "wire", "tessera/v1"}},
       {"worker/agent",

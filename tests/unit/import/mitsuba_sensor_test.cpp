@@ -3,6 +3,8 @@
 #include <numbers>
 
 #include "import/input/concat.h"
+#include "spectra/light/daylight.h"
+#include "spectra/sensor/sensor_response.h"
 #include "unit/import/mitsuba_fixture.h"
 #include "wire/algorithm.h"
 #include "wire/limits.h"
@@ -97,6 +99,93 @@ TEST_F(MitsubaSensor, FiltersHaveMitsubasWidths) {
   EXPECT_EQ(filter("<rfilter type='tent'/>").radius_x(), 1);
   EXPECT_EQ(filter("<rfilter type='catmullrom'/>").c(), 0.5f);
   EXPECT_EQ(filter("<rfilter type='lanczos'/>").tau(), 3);
+}
+
+TEST_F(MitsubaSensor, ResponseFunctionsAreTheFilmsOwnSensor) {
+  const auto film_of = [&](const std::string& bands) {
+    return succeed(import_xml("<scene version='3.0.0'><sensor type='perspective'><film type='specfilm'>" +
+                              bands + "</film></sensor></scene>"));
+  };
+  const ImportedScene three = film_of(
+      "<spectrum name='b' value='400:0, 450:1, 500:0'/><spectrum name='r' value='550:0, 600:1, 650:0'/>"
+      "<spectrum name='g' value='500:0, 550:2, 600:0'/>");
+  EXPECT_EQ(warnings_of(three), "");
+  EXPECT_EQ(three.scene.settings().color(), v1::COLOR_SPECTRAL);
+  EXPECT_EQ(three.scene.settings().sensor(), "film");
+  EXPECT_EQ(three.scene.settings().white_balance(), "none");
+  ASSERT_EQ(three.scene.film().sensitivities_size(), 3);
+  EXPECT_THAT(three.scene.film().sensitivities(0).wavelengths_nm(), ElementsAre(550, 600, 650));
+  EXPECT_THAT(three.scene.film().sensitivities(1).values(), ElementsAre(0, 2, 0));
+  EXPECT_THAT(three.scene.film().sensitivities(2).wavelengths_nm(), ElementsAre(400, 450, 500));
+  // A channel is the integral of radiance times its function: of daylight of luminance 1, what the sensor of
+  // the job says without exposure, times that.
+  const std::vector<spectra::Curve> curves = {
+      {{550, 600, 650}, {0, 1, 0}}, {{500, 550, 600}, {0, 2, 0}}, {{400, 450, 500}, {0, 1, 0}}};
+  const auto response =
+      spectra::sensor_response(*spectra::parse_sensor("film"), std::nullopt, spectra::kRec709, curves);
+  ASSERT_TRUE(response.ok());
+  const spectra::Triple seen = spectra::seen(*response, spectra::unit_d65());
+  for (std::size_t c = 0; c < 3; ++c) {
+    double integral = 0;
+    constexpr double kStepNm = 0.01;
+    for (double nm = 400; nm < 650; nm += kStepNm) {
+      const spectra::Curve& curve = curves[c];
+      if (nm < curve.nm.front() || nm > curve.nm.back()) continue;
+      integral += kStepNm * curve.at(nm) * spectra::unit_d65().at(nm);
+    }
+    EXPECT_NEAR(seen[c] * three.scene.film().exposure(), integral, 1e-3 * integral) << c;
+  }
+  const ImportedScene one =
+      film_of("<texture name='all' type='uniform'><float name='value' value='0.5'/></texture>");
+  ASSERT_EQ(one.scene.film().sensitivities_size(), 1);
+  EXPECT_THAT(one.scene.film().sensitivities(0).wavelengths_nm(), ElementsAre(360, 830));
+  const ImportedScene two =
+      film_of("<spectrum name='a' value='500:1, 600:1'/><spectrum name='b' value='400:1, 500:1'/>");
+  EXPECT_EQ(two.scene.film().sensitivities_size(), 0);
+  EXPECT_EQ(two.scene.settings().color(), v1::COLOR_SPECTRAL);
+  EXPECT_THAT(warnings_of(two), HasSubstr("film \"specfilm\" has 2 spectra, and a sensor one or three"));
+}
+
+TEST_F(MitsubaSensor, AResponseOfTheSensorIsAllThatItSees) {
+  const std::string srf = "<spectrum name='srf' value='500:0, 550:1, 600:0'/>";
+  const ImportedScene read =
+      succeed(import_xml("<scene version='3.0.0'><sensor type='perspective'>" + srf + "</sensor></scene>"));
+  ASSERT_EQ(read.scene.film().sensitivities_size(), 1);
+  EXPECT_EQ(read.scene.settings().sensor(), "film");
+  EXPECT_THAT(warnings_of(read), HasSubstr("parameter \"srf\" of sensor \"perspective\""));
+}
+
+TEST_F(MitsubaSensor, FaultsOfResponsesAreToldWhereTheyStandAllAtOnce) {
+  const auto told = [&](const std::string& inside) {
+    return error_of(
+        import_xml("<scene version='3.0.0'><sensor type='perspective'>\n" + inside + "</sensor></scene>"));
+  };
+  const std::string message = told(
+      "<film type='specfilm'>\n"
+      "<texture name='dark' type='irregular'><string name='wavelengths' value='400, 500'/>"
+      "<string name='values' value='0, 0'/></texture>\n"
+      "<texture name='picture' type='checkerboard'/>\n<rgb name='red' value='1, 0, 0'/></film>\n");
+  EXPECT_THAT(message, HasSubstr("scene.xml:3"));
+  EXPECT_THAT(message, HasSubstr("it sees nothing of daylight from 300 to 1000 nm"));
+  EXPECT_THAT(message, HasSubstr("scene.xml:4"));
+  EXPECT_THAT(message, HasSubstr("expected a spectrum"));
+  EXPECT_THAT(told("<film type='specfilm'/>"), HasSubstr("scene.xml:2"));
+  EXPECT_THAT(told("<film type='specfilm'><spectrum name='a' value='500:1, 600:1'/></film>\n"
+                   "<spectrum name='srf' value='500:1, 600:1'/>"),
+              HasSubstr("its film has response functions already"));
+  EXPECT_THAT(told("<film type='specfilm'><spectrum name='a' value='600:1, 500:1'/></film>"),
+              HasSubstr("must ascend"));
+}
+
+TEST_F(MitsubaSensor, PixelFormatsOtherThanRgbAreWarnedOf) {
+  const auto warnings = [&](const std::string& format) {
+    return warnings_of(succeed(import_xml("<scene version='3.0.0'><sensor type='perspective'>" +
+                                          film("<string name='pixel_format' value='" + format + "'/>") +
+                                          "</sensor></scene>")));
+  };
+  EXPECT_EQ(warnings("rgba"), "");
+  EXPECT_THAT(warnings("xyz"), HasSubstr("pixel_format \"xyz\" is not supported"));
+  EXPECT_THAT(warnings("luminanc"), HasSubstr("did you mean 'luminance'?"));
 }
 
 TEST_F(MitsubaSensor, IntegratorsCountSegments) {

@@ -65,6 +65,74 @@ TEST_F(PbrtScene, CameraStandsWhereTheTransformPutsIt) {
   EXPECT_EQ(warnings_of(*result), "");
 }
 
+TEST_F(PbrtScene, SensorsOfFilmsAreSettings) {
+  const auto film = [&](const std::string& before, const std::string& type, const std::string& parameters) {
+    const auto read = import_text(before + "Film \"" + type + "\" " + parameters + "\nWorldBegin\n");
+    EXPECT_TRUE(read.ok()) << read.status();
+    return read.ok() ? *read : ImportedScene{};
+  };
+  const auto settings = [&](const std::string& parameters) {
+    return film("", "rgb", parameters).scene.settings();
+  };
+  // pbrt's usual sensor, and a balance for the white that there is, are what jobs of RGB have.
+  for (const char* usual : {"", "\"string sensor\" \"cie1931\"", "\"float whitebalance\" 6500"}) {
+    const ImportedScene read = film("", "rgb", usual);
+    EXPECT_EQ(read.scene.settings().color(), v1::COLOR_UNSPECIFIED) << usual;
+    EXPECT_EQ(warnings_of(read), "") << usual;
+  }
+  const ImportedScene canon = film("ColorSpace \"rec2020\" ", "rgb",
+                                   "\"string sensor\" \"canon_eos_5d_mkii\" \"float whitebalance\" 5000 "
+                                   "\"float iso\" 50");
+  EXPECT_EQ(canon.scene.settings().color(), v1::COLOR_SPECTRAL);
+  EXPECT_EQ(canon.scene.settings().sensor(), "canon-eos-5d-mark-ii");
+  EXPECT_EQ(canon.scene.settings().rgb_space(), v1::RGB_SPACE_UNSPECIFIED);  // it has channels of its own
+  EXPECT_FLOAT_EQ(canon.scene.film().exposure(), 0.5f);
+  EXPECT_THAT(warnings_of(canon), HasSubstr("scene.pbrt:1:33: film sensor \"canon_eos_5d_mkii\""));
+  // 5000 K is that of D50, by the radiation constant of its time.
+  EXPECT_EQ(settings("\"float whitebalance\" 5000").white_balance(), "5002.78K");
+  EXPECT_EQ(settings("\"float whitebalance\" 2856").white_balance(), "2857.59K");
+  const ImportedScene absent = film("", "rgb", "\"string sensor\" \"nikon_d850\"");
+  EXPECT_EQ(absent.scene.settings().sensor(), "");
+  EXPECT_EQ(absent.scene.settings().color(), v1::COLOR_UNSPECIFIED);
+  EXPECT_THAT(warnings_of(absent), HasSubstr("sensitivities of film sensor \"nikon_d850\" are not here"));
+
+  const v1::RenderSettings bands =
+      film("ColorSpace \"rec2020\" ", "spectral", "\"float lambdamin\" 400 \"integer nbuckets\" 31")
+          .scene.settings();
+  EXPECT_EQ(bands.color(), v1::COLOR_SPECTRAL);
+  EXPECT_EQ(bands.film(), "spectral:31:400-830");
+  EXPECT_EQ(bands.rgb_space(), v1::RGB_SPACE_REC2020);
+  EXPECT_EQ(film("", "spectral", "").scene.settings().film(), "spectral:16:360-830");  // pbrt's own
+  EXPECT_EQ(film("ColorSpace \"dci-p3\" ", "spectral", "").scene.settings().rgb_space(), v1::RGB_SPACE_P3);
+  const ImportedScene aces = film("ColorSpace \"aces2065-1\" ", "spectral", "");
+  EXPECT_EQ(aces.scene.settings().rgb_space(), v1::RGB_SPACE_ACESCG);
+  EXPECT_THAT(warnings_of(aces), HasSubstr("ACEScg"));
+  EXPECT_THAT(warnings_of(film("ColorSpace \"rec2020\" ", "rgb", "")),
+              HasSubstr("--color spectral --set rgb-space=rec2020"));
+  // An integrator that writes no bands is not the scene's, where it asks for them.
+  const auto bdpt = import_text("Integrator \"sppm\"\nFilm \"spectral\"\nWorldBegin\n");
+  ASSERT_TRUE(bdpt.ok());
+  EXPECT_TRUE(wire::find_algorithm(bdpt->scene.settings().integrator())->bands);
+}
+
+TEST_F(PbrtScene, FaultsOfSensorsAreToldWhereTheyStandAllAtOnce) {
+  const std::string message = error_of(import_text(
+      "Film \"spectral\"\n  \"string sensor\" \"cannon_eos_5d_mkii\"\n  \"float whitebalance\" 100\n"
+      "  \"float iso\" 0\n  \"integer nbuckets\" 0\nWorldBegin\n"));
+  EXPECT_THAT(message,
+              HasSubstr("scene.pbrt:2:3: there is no film sensor \"cannon_eos_5d_mkii\"; did you mean "
+                        "'canon_eos_5d_mkii'?"));
+  EXPECT_THAT(message, HasSubstr("scene.pbrt:3:3: \"whitebalance\": white balance is 100.0"));
+  EXPECT_THAT(message, HasSubstr("scene.pbrt:4:3: an \"iso\" above 0 was expected, found 0"));
+  EXPECT_THAT(message, HasSubstr("scene.pbrt:1:1: film: a spectral film has 1 to 512 bands, not '0'"));
+  const auto of_bands = [&](const std::string& parameters) {
+    return error_of(import_text("Film \"spectral\" " + parameters + "\nWorldBegin\n"));
+  };
+  EXPECT_THAT(of_bands("\"integer nbuckets\" 10000"), HasSubstr("1 to 512 bands, not '10000'"));
+  EXPECT_THAT(of_bands("\"float lambdamax\" 1200"), HasSubstr("300 to 1000 nm"));
+  EXPECT_THAT(of_bands("\"float lambdamin\" 700 \"float lambdamax\" 400"), HasSubstr("begins at 700 nm"));
+}
+
 TEST_F(PbrtScene, TransformsNestAndRestore) {
   const ImportedScene scene = world(
       "Translate 1 0 0\nCoordinateSystem \"here\"\n"
@@ -430,6 +498,38 @@ TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
   EXPECT_FLOAT_EQ(air.g(), 0.5f);
   EXPECT_FLOAT_EQ(air.emission().constant().rgb().r(), 4);
   EXPECT_EQ(warnings_of(*result), "");
+}
+
+TEST_F(PbrtScene, GridsOfDensityKeepWhatWasMeasured) {
+  const auto fog = [&](const std::string& parameters) {
+    return world(
+               "MakeNamedMedium \"fog\" \"string type\" \"uniformgrid\" \"integer nx\" 2 "
+               "\"float density\" [ 0.5 1 ] " +
+               parameters + "\nMediumInterface \"fog\" \"\" Shape \"sphere\"\n")
+        .scene.media(0);
+  };
+  const std::string measured =
+      "\"spectrum sigma_a\" [ 400 1 700 3 ] \"spectrum sigma_s\" [ 400 3 700 1 ] "
+      "\"blackbody Le\" 3000 \"float Lescale\" [ 1 0 ]";
+  const v1::Medium medium = fog(measured);
+  const v1::SampledSpectrum& sigma_t = medium.extinction().grid().factor().sampled();
+  EXPECT_THAT(sigma_t.wavelengths_nm(), ElementsAre(400, 700));
+  EXPECT_THAT(sigma_t.values(), ElementsAre(4, 4));
+  const v1::SampledSpectrum& albedo = medium.albedo().constant().sampled();
+  ASSERT_GT(albedo.values_size(), 300);
+  EXPECT_FLOAT_EQ(albedo.wavelengths_nm(190), 550);
+  EXPECT_FLOAT_EQ(albedo.values(190), 0.5f);
+  EXPECT_FLOAT_EQ(albedo.values(0), 0.75f);
+  EXPECT_TRUE(medium.emission().grid().factor().has_sampled());
+  // In jobs of RGB it is the medium of these colours.
+  const auto& rgb = medium.extinction().grid().factor().in_rgb();
+  EXPECT_NEAR(rgb.r(), 4, 0.01);
+  EXPECT_NEAR(rgb.b(), 4, 0.01);
+  EXPECT_GT(medium.albedo().constant().in_rgb().b(), medium.albedo().constant().in_rgb().r());
+  // Of colours, everything is in the grid.
+  const v1::Medium colours = fog("\"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 3 2 2 ]");
+  EXPECT_FALSE(colours.extinction().grid().has_factor());
+  EXPECT_FLOAT_EQ(colours.albedo().constant().rgb().r(), 0.75f);
 }
 
 TEST_F(PbrtScene, WhatNobodyAsksForIsSaidOfEveryDirective) {

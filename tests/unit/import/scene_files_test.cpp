@@ -242,6 +242,22 @@ TEST_F(SceneFiles, IndicesOfRefractionOutOfRangeAreErrorsAtTheirPlaces) {
   EXPECT_THAT(message, Not(HasSubstr("\"o\"")));
 }
 
+TEST_F(SceneFiles, WordsOfSensorsAreErrorsAllAtOnceAtTheirPlaces) {
+  const auto told = [&](const std::string& settings) {
+    return error_of(import_scene(write("s.textproto", "settings {\n" + settings + "}\n")));
+  };
+  const std::string message =
+      told("  sensor: \"nikon-d5200\"\n  white_balance: \"D56\"\n  film: \"spectral:0\"\n");
+  EXPECT_THAT(message, HasSubstr("s.textproto:2:3: sensor: there is no sensor 'nikon-d5200'"));
+  EXPECT_THAT(message, HasSubstr("did you mean 'nikon-d5100'?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:3:3: white_balance: there is no illuminant 'D56'"));
+  EXPECT_THAT(message, HasSubstr("did you mean 'D50'?"));
+  EXPECT_THAT(message, HasSubstr("s.textproto:4:3: film: a spectral film has 1 to 512 bands, not '0'"));
+  EXPECT_THAT(told("film: \"spectral:10000\""), HasSubstr("1 to 512 bands, not '10000'"));
+  EXPECT_THAT(told("film: \"spectral:8:250-700\""), HasSubstr("wavelengths are 300 to 1000 nm"));
+  EXPECT_THAT(told("sensor: \"band:900-1100\""), HasSubstr("wavelengths are 300 to 1000 nm"));
+}
+
 TEST_F(SceneFiles, ThousandsOfBadNumbersAreTwentyErrors) {
   std::string scene;
   for (int i = 0; i < 5000; ++i) scene += "shapes { sphere { radius: nan } }\n";

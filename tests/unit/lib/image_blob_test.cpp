@@ -200,6 +200,34 @@ TEST_F(ImageBlob, AHeaderMayNotAskForMoreMemoryThanAFileIsWorth) {
   EXPECT_THAT(std::string(status.message()), testing::HasSubstr("256 MB"));
 }
 
+TEST_F(ImageBlob, BandsOfASpectrumAreNoColours) {
+  const auto with_channels = [&](const std::vector<std::string>& names) {
+    path_ = (directory_ / "bands.exr").string();
+    const auto output = OIIO::ImageOutput::create(path_);
+    OIIO::ImageSpec spec(kWidth, kHeight, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);
+    spec.channelnames = names;
+    const std::vector<float> values(static_cast<std::size_t>(kWidth * kHeight) * names.size(), 0.5f);
+    EXPECT_TRUE(output->open(path_, spec) && output->write_image(OIIO::TypeDesc::FLOAT, values.data()) &&
+                output->close());
+    return bytes_of(path_);
+  };
+  const std::vector<std::string> bands = {"S0.450,000000nm", "S0.500,000000nm", "S0.550,000000nm",
+                                          "S0.600,000000nm"};
+  const std::string light = with_channels(bands);
+  for (const absl::Status& status :
+       {decode_image(light, "bands.exr").status(), image_size(light, "bands.exr").status()}) {
+    EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+    EXPECT_THAT(std::string(status.message()),
+                testing::HasSubstr("image bands.exr: it has 4 bands of a spectrum"));
+  }
+  EXPECT_FALSE(
+      decode_image(with_channels({"T.450,000000nm", "T.500,000000nm", "T.550,000000nm"}), "m.exr").ok());
+  // Colours beside them are what a texture takes.
+  std::vector<std::string> beside = {"R", "G", "B"};
+  beside.insert(beside.end(), bands.begin(), bands.end());
+  EXPECT_TRUE(decode_image(with_channels(beside), "bands.exr").ok());
+}
+
 TEST_F(ImageBlob, SaysWhatIsWrongWithABrokenFile) {
   const std::string bytes = file("noise.png", 3, OIIO::TypeDesc::UINT8);
   const auto cut = decode_image(bytes.substr(0, bytes.size() / 2), "cut.png");

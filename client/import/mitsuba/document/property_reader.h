@@ -22,6 +22,8 @@ class PropertyReader {
   Context& context() { return context_; }
   Diagnostics& diagnostics() { return context_.diagnostics; }
   const Object& object() const { return object_; }
+  /// All of them, in the order of the file; who takes one marks it as used.
+  std::vector<Property>& properties() { return object_.properties; }
 
   /// Null when there is no such property; it counts as used.
   Property* find(std::string_view name);

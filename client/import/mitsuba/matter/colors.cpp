@@ -42,8 +42,9 @@ ConstantColor grey(double value) { return {{value, value, value}}; }
 ConstantColor sampled(spectra::Curve samples, ColorUse use) {
   const spectra::Triple rgb = spectra::mitsuba_rgb(
       samples, use == ColorUse::kEmission ? spectra::SeenUnder::kEqualEnergy : spectra::SeenUnder::kD65);
-  // Indices go on beyond what was measured of them.
-  if (use != ColorUse::kUnbounded) spectra::add_zero_ends(samples, kFirstNm, kLastNm);
+  // Indices go on beyond what was measured of them; sensors end there by themselves.
+  if (use != ColorUse::kUnbounded && use != ColorUse::kSensitivity)
+    spectra::add_zero_ends(samples, kFirstNm, kLastNm);
   return {rgb, std::move(samples)};
 }
 
@@ -185,7 +186,7 @@ std::optional<ConstantColor> read_constant_color(PropertyReader& reader, const P
              object && (*object)->tag == "texture") {
     color = color_of_texture(reader, **object, use);
   }
-  if (color) color->rgb = clamped(reader, property, color->rgb, use);
+  if (color && use != ColorUse::kSensitivity) color->rgb = clamped(reader, property, color->rgb, use);
   return color;
 }
 

@@ -13,6 +13,7 @@ enum class ColorUse {
   kReflectance,  // values within 0..1
   kUnbounded,    // indices of refraction, extinction
   kEmission,
+  kSensitivity,  // of a sensor: the curve counts, and its colour is nobody's
 };
 
 /// A value that is the same everywhere: in Mitsuba's RGB modes linear Rec.709, and in its spectral ones a

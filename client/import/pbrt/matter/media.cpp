@@ -174,7 +174,7 @@ struct DensityUse {
   bool fades = true;  // it falls to nothing at the border
 };
 
-/// Extinction as one channel where it is grey, and a constant albedo.
+/// Extinction as one channel where it is grey or was measured, and a constant albedo.
 void write_density(ValueReader& values, const Grid& density, const Sigma& sigma, DensityUse use,
                    const Imath::M44d& world_from_medium, v1::Medium& medium) {
   const std::array<double, 3> a = linear_rgb_of(sigma.a), s = linear_rgb_of(sigma.s);
@@ -183,17 +183,25 @@ void write_density(ValueReader& values, const Grid& density, const Sigma& sigma,
     extinction[c] = a[c] + s[c];
     albedo[c] = extinction[c] > 0 ? s[c] / extinction[c] : 0;
   }
+  v1::VolumeGrid& message = *medium.mutable_extinction()->mutable_grid();
+  v1::Spectrum& scattered = *medium.mutable_albedo()->mutable_constant();
   Grid grid = density;
-  grid.channels = extinction[0] == extinction[1] && extinction[1] == extinction[2] ? 1 : 3;
-  grid.samples.resize(grid.channels * density.samples.size());
-  for (std::size_t i = 0; i < density.samples.size(); ++i) {
-    for (std::size_t c = 0; c < grid.channels; ++c) {
-      grid.samples[grid.channels * i + c] = static_cast<float>(density.samples[i] * extinction[c]);
+  if (const v1::Spectrum sigma_t = sum(sigma.a, sigma.s); is_table(sigma_t)) {
+    *message.mutable_factor() = sigma_t;
+    *message.mutable_factor()->mutable_in_rgb() = rgb_spectrum(extinction).rgb();
+    scattered = sampled_ratio(sigma.s, sigma_t);
+    *scattered.mutable_in_rgb() = rgb_spectrum(albedo).rgb();
+  } else {
+    grid.channels = extinction[0] == extinction[1] && extinction[1] == extinction[2] ? 1 : 3;
+    grid.samples.resize(grid.channels * density.samples.size());
+    for (std::size_t i = 0; i < density.samples.size(); ++i) {
+      for (std::size_t c = 0; c < grid.channels; ++c) {
+        grid.samples[grid.channels * i + c] = static_cast<float>(density.samples[i] * extinction[c]);
+      }
     }
+    scattered = rgb_spectrum(albedo);
   }
-  write_grid(values, grid, use.fades && touches_the_border(grid), world_from_medium,
-             *medium.mutable_extinction()->mutable_grid());
-  *medium.mutable_albedo()->mutable_constant() = rgb_spectrum(albedo);
+  write_grid(values, grid, use.fades && touches_the_border(grid), world_from_medium, message);
   if (use.scale != 1) medium.set_scale(static_cast<float>(use.scale));
 }
 
@@ -235,8 +243,15 @@ std::optional<v1::Medium> read_uniform_grid(ValueReader& values, const Imath::M4
     *medium.mutable_emission()->mutable_constant() = *emission;
     return medium;
   }
-  const std::array<double, 3> rgb = linear_rgb_of(*emission);
   Grid glow = grid;
+  if (is_table(*emission)) {
+    glow.samples = *where;
+    *medium.mutable_emission()->mutable_grid()->mutable_factor() = *emission;
+    write_grid(values, glow, touches_the_border(glow), world_from_medium,
+               *medium.mutable_emission()->mutable_grid());
+    return medium;
+  }
+  const std::array<double, 3> rgb = linear_rgb_of(*emission);
   glow.channels = 3;
   glow.samples.clear();
   for (const float x : *where) {

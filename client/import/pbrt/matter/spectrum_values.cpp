@@ -59,8 +59,6 @@ std::array<double, 3> rgb_or_grey(const v1::Spectrum& spectrum) {
   return {spectrum.constant(), spectrum.constant(), spectrum.constant()};
 }
 
-bool is_table(const v1::Spectrum& spectrum) { return spectrum.has_sampled() || spectrum.has_blackbody(); }
-
 /// Pairs of wavelength and value; the message of what is wrong, or nothing.
 std::string fill_table(const std::vector<double>& numbers, spectra::Curve& table) {
   if (numbers.empty() || numbers.size() % 2 != 0) {
@@ -180,6 +178,8 @@ std::optional<v1::Spectrum> read_sampled(Context& context, const Parameter& para
 
 }  // namespace
 
+bool is_table(const v1::Spectrum& spectrum) { return spectrum.has_sampled() || spectrum.has_blackbody(); }
+
 v1::Spectrum constant_spectrum(double value) {
   v1::Spectrum spectrum;
   spectrum.set_constant(static_cast<float>(value));
@@ -221,6 +221,19 @@ v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b) {
                  std::back_inserter(result.nm));
   for (const float nm : result.nm) {
     result.values.push_back(static_cast<float>(first.at(nm) + second.at(nm)));
+  }
+  return sampled_spectrum(result);
+}
+
+v1::Spectrum sampled_ratio(const v1::Spectrum& a, const v1::Spectrum& b) {
+  const spectra::Curve above = tabulated(a), below = tabulated(b);
+  spectra::Curve result;
+  const float first = std::floor(std::min({kFirstNm, above.nm.front(), below.nm.front()})),
+              last = std::ceil(std::max({kLastNm, above.nm.back(), below.nm.back()}));
+  for (float nm = first; nm <= last; ++nm) {
+    const double divisor = below.at(nm);
+    result.nm.push_back(nm);
+    result.values.push_back(static_cast<float>(divisor > 0 ? above.at(nm) / divisor : 0));
   }
   return sampled_spectrum(result);
 }

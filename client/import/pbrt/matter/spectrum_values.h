@@ -20,6 +20,10 @@ v1::Spectrum rgb_spectrum(const std::array<double, 3>& rgb);
 /// Factors apply to values of any kind; a scaled blackbody comes out as samples.
 v1::Spectrum scaled(const v1::Spectrum& spectrum, double factor);
 v1::Spectrum sum(const v1::Spectrum& a, const v1::Spectrum& b);
+/// Whether the spectrum was measured, or is that of a black body: more than a colour.
+bool is_table(const v1::Spectrum& spectrum);
+/// a / b, and 0 where b is 0: sampled at whole nanometres, where renderers look.
+v1::Spectrum sampled_ratio(const v1::Spectrum& a, const v1::Spectrum& b);
 /// Linear Rec.709 of a spectrum of matter, for places that hold nothing else; no component is below 0.
 std::array<double, 3> linear_rgb_of(const v1::Spectrum& spectrum);
 

@@ -11,6 +11,7 @@ class FrameSource {
   constructor(job, settings, layer, changed) {
     Object.assign(this, { job, layer, changed });
     this.color = settings.layers.find((known) => known.name === layer).color;
+    this.hasBands = settings.layers.some(({ name }) => name.startsWith("S0."));
     const [x0, y0, x1, y1] = settings.crop;
     Object.assign(this, { x0, y0, width: x1 - x0, height: y1 - y0 });
     this.top = Math.max(0, Math.ceil(Math.log2(Math.max(this.width, this.height) / kSide)));

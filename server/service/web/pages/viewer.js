@@ -11,6 +11,7 @@ class Viewer {
     this.over = stage.querySelector("#over");
     this.wipe = stage.querySelector("#wipe");
     this.pixel = stage.querySelector("#pixel");
+    this.spectrum = new SpectrumPlot(stage.querySelector("#spectrum"));
     this.tone = new Tone();
     this.look = { exposure: 0, curve: 0, channel: -1 };
     this.outlines = true;
@@ -32,6 +33,7 @@ class Viewer {
       before.height === source.height;
     Object.assign(this, { source, other });
     this.wipe.hidden = !other;
+    if (!same) this.spectrum.hide();
     if (!same) this.fit();
     this.changed();
   }
@@ -70,6 +72,13 @@ class Viewer {
     canvas.addEventListener("pointerdown", (event) => {
       canvas.setPointerCapture(event.pointerId);
       this.pointers.set(event.pointerId, event);
+      this.pressed = this.pointers.size === 1 ? event : null;
+    });
+    canvas.addEventListener("pointerup", (event) => {
+      const from = this.pressed;
+      this.pressed = null;
+      if (from && Math.hypot(event.clientX - from.clientX, event.clientY - from.clientY) < 4)
+        this.probe(event.offsetX, event.offsetY);
     });
     for (const name of ["pointerup", "pointercancel"])
       canvas.addEventListener(name, (event) => this.pointers.delete(event.pointerId));
@@ -115,17 +124,31 @@ class Viewer {
     this.pointers.set(event.pointerId, event);
   }
 
-  /// Tells the values of the pixel at this place of the stage, and who works on it.
-  tell(px, py) {
-    if (!this.source) return;
+  /// The pixel of the film at this place of the stage, and whose it is; null beside the picture.
+  pixelAt(px, py) {
+    if (!this.source) return null;
     const { x0, y0, width, height } = this.source;
     const x = Math.floor(this.view.x + px / this.view.scale) + x0;
     const y = Math.floor(this.view.y + py / this.view.scale) + y0;
-    const inside = x >= x0 && y >= y0 && x < x0 + width && y < y0 + height;
-    this.pixel.textContent = "";
-    if (!inside) return;
+    if (!(x >= x0 && y >= y0 && x < x0 + width && y < y0 + height)) return null;
     const right = this.other && px > this.split * this.stage.clientWidth;
-    const found = (right ? this.other : this.source).valueAt(x, y), texts = [x + ", " + y];
+    return { x, y, source: right ? this.other : this.source };
+  }
+
+  /// Shows the spectrum of the pixel, where the film has bands; elsewhere takes it away.
+  probe(px, py) {
+    const at = this.pixelAt(px, py);
+    if (at && at.source.hasBands) this.spectrum.show(at.source, at.x, at.y);
+    else this.spectrum.hide();
+  }
+
+  /// Tells the values of the pixel at this place of the stage, and who works on it.
+  tell(px, py) {
+    const at = this.pixelAt(px, py);
+    this.pixel.textContent = "";
+    if (!at) return;
+    const { x, y } = at;
+    const found = at.source.valueAt(x, y), texts = [x + ", " + y];
     texts.push(found ? found.values.map(digits).join("  ") : "not yet");
     if (found && found.level) texts.push("(mean of " + 2 ** found.level + " x " + 2 ** found.level + ")");
     const tile = this.work.find((area) => x >= area[0] && y >= area[1] && x < area[2] && y < area[3]);

@@ -80,8 +80,8 @@ class WebSiteTest : public CoordinatorTest {
 
 TEST_F(WebSiteTest, ServesThePageFromTheProgram) {
   std::size_t bytes = 0;
-  for (const char* path :
-       {"/", "/page.css", "/page.js", "/frame.js", "/table.js", "/strip.js", "/color.js", "/icon.svg"}) {
+  for (const char* path : {"/", "/page.css", "/page.js", "/frame.js", "/table.js", "/strip.js", "/color.js",
+                           "/spectrum.js", "/icon.svg"}) {
     const HttpAnswer answer = get(path);
     EXPECT_EQ(answer.status, 200u) << path;
     bytes += answer.body.size();
@@ -159,6 +159,58 @@ TEST_F(WebSiteTest, GivesPixelsOfResults) {
     bad[name] = wrong;
     EXPECT_THAT(get("/api/pixels", bad).status, testing::AnyOf(400u, 404u)) << name << " " << wrong;
   }
+}
+
+TEST_F(WebSiteTest, GivesTheSpectrumOfAPixel) {
+  v1::JobSpec spec = job_spec();
+  spec.mutable_content()->mutable_algorithms()->set_color(v1::COLOR_SPECTRAL);
+  spec.mutable_view()->set_film("spectral:4:400-600");
+  const std::string id = submit(spec);
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 4);
+  const auto shape = coordinator_->farm().views().shape_of(id);
+  ASSERT_TRUE(shape.ok());
+  std::map<std::string, std::string> place{{"job", id}, {"layer", "color"}, {"x", "3"}, {"y", "2"}};
+  const auto told = [&] { return nlohmann::json::parse(get("/api/spectrum", place).body); };
+  EXPECT_EQ(told()["samples"], 0);
+  EXPECT_TRUE(told()["values"].empty());
+  const HttpAnswer events = get("/api/events", {{"job", id}, {"layer", "color"}});
+  ASSERT_NE(events.events, nullptr);
+  for (const v1::Lease& lease : leases.leases()) {
+    absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload_for(lease.unit()));
+    ASSERT_TRUE(result.ok());
+    result->channels = (*shape)->channels;
+    const std::size_t pixels = result->pixel_count();
+    result->values.assign(pixels * result->channels.size(), 0);
+    for (std::size_t c = 0; c < result->channels.size(); ++c) {
+      if (!result->channels[c].name.starts_with("S0.")) continue;
+      // A value of its own in each band and pixel, the same in all samples.
+      for (std::size_t i = 0; i < pixels; ++i)
+        result->values[c * pixels + i] = static_cast<float>(result->counts[i] * (c + 0.5 * (i % 32)));
+    }
+    ASSERT_TRUE(complete(worker, lease, wire::encode_tile_result(*result)).ok());
+  }
+  static_cast<void>(hear(*events.events, "\"state\":\"DONE\""));
+  const HttpAnswer later = get("/api/events", {{"job", id}, {"layer", "color"}});
+  ASSERT_NE(later.events, nullptr);
+  static_cast<void>(hear(*later.events, "event: picture\ndata: {\"all\":true"));
+  const nlohmann::json spectrum = told();
+  EXPECT_EQ(spectrum["samples"], (*shape)->spec.samples().spp());
+  EXPECT_EQ(spectrum["nm"], nlohmann::json({425.0, 475.0, 525.0, 575.0}));
+  ASSERT_EQ(spectrum["values"].size(), 4u);
+  const double first = spectrum["values"][0];
+  for (std::size_t band = 1; band < 4; ++band)
+    EXPECT_FLOAT_EQ(spectrum["values"][band], first + static_cast<double>(band));
+  place["x"] = "4";
+  EXPECT_FLOAT_EQ(told()["values"][0], first + 0.5);
+  for (const auto& [name, wrong] : std::map<std::string, std::string>{
+           {"x", "70000"}, {"y", "-1"}, {"x", ""}, {"layer", "nothing"}, {"job", "nothing"}}) {
+    auto bad = place;
+    bad[name] = wrong;
+    EXPECT_THAT(get("/api/spectrum", bad).status, testing::AnyOf(400u, 404u)) << name << " " << wrong;
+  }
+  place["job"] = submit(job_spec());
+  EXPECT_EQ(get("/api/spectrum", place).status, 400u) << "its film has no bands";
 }
 
 TEST_F(WebSiteTest, ReadsFinerLevelsOfLargeFramesFromResults) {
@@ -258,7 +310,7 @@ TEST(WebSiteWithCertificates, ServesThoseWhoLoggedInWithTheirRights) {
     return "";
   };
   EXPECT_EQ(ask("/", ""), 200u) << "the page, which asks for a login";
-  for (const char* path : {"/api/me", "/api/events", "/api/job", "/api/pixels"})
+  for (const char* path : {"/api/me", "/api/events", "/api/job", "/api/pixels", "/api/spectrum"})
     EXPECT_EQ(ask(path, ""), 401u) << path;
   const std::string ada = log_in({.caller = {.role = Role::kClient, .user = "ada"}, .certificate = ""});
   EXPECT_EQ(ask("/api/me", ada), 200u);

@@ -40,9 +40,14 @@ struct Lobes {
         exponent(clamp(params.scalars[slot::kExponent], 0.0f, slot::kMostPhongExponent)),
         blinn(params.of_variant(kBlinn)),
         mirror(params.of_variant(kMirrorLobe)) {
-    const Float scale = 1.0f / max((base + gloss).max_component(), 1.0f);
-    base *= scale;
-    gloss *= scale;
+    // Nothing gives back more than it gets: colours keep their hue, and wavelengths know nothing of each
+    // other.
+    const Spectrum both = base + gloss;
+    const Float largest = both.max_component();
+    for (int c = 0; c < kSpectrumLanes; ++c) {
+      const Float scale = 1.0f / max(kSpectral ? both.c[c] : largest, 1.0f);
+      base.c[c] = base.c[c] * scale, gloss.c[c] = gloss.c[c] * scale;
+    }
     const Float b = base.max_component(), sum = b + gloss.max_component();
     lit = sum > 0.0f;
     base_share = b / select(lit, sum, 1.0f);

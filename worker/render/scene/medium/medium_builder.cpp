@@ -33,6 +33,12 @@ double largest_optical_depth(const MediumRecord& medium) {
   return edges * *std::max_element(medium.majorants.begin(), medium.majorants.end());
 }
 
+/// What is the same everywhere of a quantity: itself, or the factor of its grid; null where there is none.
+const v1::Spectrum* spectrum_of(const v1::VolumeValue& value) {
+  if (value.has_constant()) return &value.constant();
+  return value.grid().has_factor() ? &value.grid().factor() : nullptr;
+}
+
 bool black(const spectra::Rgb& rgb) { return rgb.r == 0 && rgb.g == 0 && rgb.b == 0; }
 
 }  // namespace
@@ -87,13 +93,15 @@ absl::Status MediumBuilder::set_quantities(const v1::Medium& medium, MediumRecor
 void MediumBuilder::set_curves(const v1::Medium& medium, MediumRecord& record) {
   const float scale = medium.has_scale() ? medium.scale() : 1;
   const auto curve_of = [&](const v1::VolumeValue& value, float factor) {
-    return value.has_constant() ? spectral_->add_measured(value.constant(), factor).value_or(-1) : -1;
+    const v1::Spectrum* const spectrum = spectrum_of(value);
+    return spectrum != nullptr ? spectral_->add_measured(*spectrum, factor).value_or(-1) : -1;
   };
   record.sigma_t.curve = curve_of(medium.extinction(), scale);
   record.albedo.curve =
       medium.has_sigma_s() ? curve_of(medium.sigma_s(), scale) : curve_of(medium.albedo(), 1);
-  if (!medium.emission().has_constant()) return;
-  const SpectralEmission light = spectral_->emission_of(medium.emission().constant());
+  const v1::Spectrum* const emission = spectrum_of(medium.emission());
+  if (emission == nullptr) return;
+  const SpectralEmission light = spectral_->emission_of(*emission);
   record.emission.value[0] = light.color.r, record.emission.value[1] = light.color.g;
   record.emission.value[2] = light.color.b;
   record.emission.curve = light.curve;
@@ -148,11 +156,12 @@ absl::Status MediumBuilder::set_value(const v1::VolumeValue& value, float otherw
     const auto grid = add_grid(value.grid());
     if (!grid.ok()) return grid.status();
     result.grid = *grid;
-  } else if (value.has_constant()) {
-    if (auto s = check_spectrum(value.constant(), "spectrum"); !s.ok()) return s;
-    factor = emission(value.constant());
   } else {
     factor = {otherwise, otherwise, otherwise};
+  }
+  if (const v1::Spectrum* const spectrum = spectrum_of(value)) {
+    if (auto s = check_spectrum(*spectrum, value.has_grid() ? "factor" : "spectrum"); !s.ok()) return s;
+    factor = emission(*spectrum);
   }
   const float rgb[] = {factor.r, factor.g, factor.b};
   for (int c = 0; c < 3; ++c) {

@@ -187,6 +187,12 @@ void SpectralBuilder::convert(const MediumTable& media, MediumRecord& medium) {
     return;
   }
   const float most_of_color = std::max({extinction.r, extinction.g, extinction.b});
+  if (most > 0 && !(most_of_color > 0)) {
+    // Extinction beyond what observers see has no colour that majorants could be in proportion to.
+    std::ranges::fill(sigma_t.value, most);
+    build_majorants(media, medium);
+    return;
+  }
   // Densities of colours are up to twice as large as these (Spectra::density).
   const bool has_colors = media.grids[static_cast<std::size_t>(sigma_t.grid)].channels == kBands;
   for (float& majorant : medium.majorants)

@@ -45,7 +45,8 @@ FilmMeans FacetMatter::film_means() {
   };
   means.dielectric = film_mean(dielectric0);
   means.metal = film_mean(base);
-  means.base = mean_over([&](Float cosine, const LayerEnergy& at) { return base_factor(cosine, at); });
+  means.base =
+      mean_over([&](Float cosine, const LayerEnergy& at) { return mean_of(base_factor(cosine, at)); });
   return means;
 }
 

@@ -19,6 +19,19 @@ struct FacetReflectance {
   Spectrum all, dielectric;
 };
 
+/// A part of the light that layers take or leave: of RGB one number, by the largest component, so that the
+/// layers below keep their hue [glTF 2.0, appendix B]. At wavelengths each has its own: the largest of those
+/// that a path happens to have would be another for each path, and for each sensor.
+#ifdef TESSERA_SPECTRAL
+using LayerShare = Spectrum;
+TESSERA_INLINE LayerShare layer_share(Spectrum of) { return of; }
+TESSERA_INLINE Float mean_of(LayerShare share) { return share.mean(); }
+#else
+using LayerShare = Float;
+TESSERA_INLINE LayerShare layer_share(Spectrum of) { return of.max_component(); }
+TESSERA_INLINE Float mean_of(LayerShare share) { return share; }
+#endif
+
 /// Seen from one side. Films and dispersion are looked at only where some lane has them.
 struct FacetMatter {
   bool filmed, disperses;
@@ -30,7 +43,7 @@ struct FacetMatter {
   Float share;               // share of the facets that is dielectric
   Spectrum dielectric0, f0;  // reflectance along the normal, of the dielectric and of all
   Float dielectric90, f90;   // ... and along the surface
-  Float weakest;             // the largest component of dielectric0
+  LayerShare weakest;        // of dielectric0
   Ggx facets;
   LayerRows rows;    // the layer table for the facets
   LayerEnergy mean;  // over diffuse light
@@ -60,7 +73,7 @@ struct FacetMatter {
           dielectric90;
     f0 = dielectric0 * share + base * metal;
     f90 = dielectric90 * share + metal;
-    weakest = dielectric0.max_component();
+    weakest = layer_share(dielectric0);
   }
 
   TESSERA_INLINE FacetReflectance reflectance(Float cosine) const {
@@ -87,19 +100,20 @@ struct FacetMatter {
     return result;
   }
 
-  /// The part of that light that the dielectric leaves to the base, whose hue it does not change.
-  TESSERA_INLINE Float base_factor(Float cosine, const LayerEnergy& energy) const {
+  /// The part of that light that the dielectric leaves to the base.
+  TESSERA_INLINE LayerShare base_factor(Float cosine, const LayerEnergy& energy) const {
     if (!filmed)
-      return left_to_base(energy, energy.of(weakest, dielectric90), schlick_mean(weakest, dielectric90));
+      return left_to_base(energy, energy.of(weakest, dielectric90),
+                          schlick_mean(weakest, LayerShare(dielectric90)));
     const Spectrum single =
         lerp(film_share, energy.of(dielectric0, dielectric90), film_energy(cosine, energy, dielectric0));
-    return left_to_base(energy, single.max_component(), dielectric_mean().max_component());
+    return left_to_base(energy, layer_share(single), layer_share(dielectric_mean()));
   }
   /// The same over diffuse light.
-  TESSERA_INLINE Float mean_base_factor() const {
-    const Float plain =
-        left_to_base(mean, mean.of(weakest, dielectric90), schlick_mean(weakest, dielectric90));
-    return filmed ? select(film_share > 0.0f, means.base, plain) : plain;
+  TESSERA_INLINE LayerShare mean_base_factor() const {
+    const LayerShare plain =
+        left_to_base(mean, mean.of(weakest, dielectric90), schlick_mean(weakest, LayerShare(dielectric90)));
+    return filmed ? select(film_share > 0.0f, mean_below_film(), plain) : plain;
   }
 
   /// Light scattered between the facets, as a part of what single scattering loses.
@@ -168,6 +182,23 @@ struct FacetMatter {
     return max(1.0f - single - (1.0f - energy.mirror()) * between_facets(mean_reflectance, mean.mirror()),
                0.0f);
   }
+#ifdef TESSERA_SPECTRAL
+  TESSERA_INLINE Spectrum left_to_base(const LayerEnergy& energy, Spectrum single,
+                                       Spectrum mean_reflectance) const {
+    Spectrum result;
+    for (int c = 0; c < kSpectrumLanes; ++c)
+      result.c[c] = left_to_base(energy, single.c[c], mean_reflectance.c[c]);
+    return result;
+  }
+  /// By the means of each wavelength, as means.base is of all.
+  TESSERA_INLINE Spectrum mean_below_film() const {
+    const Spectrum single =
+        lerp(film_share, mean.of(dielectric0, dielectric90), means.dielectric * mean.mirror());
+    return left_to_base(mean, single, dielectric_mean());
+  }
+#else
+  TESSERA_INLINE Float mean_below_film() const { return means.base; }
+#endif
 };
 
 }  // namespace tessera::render::TESSERA_ISA

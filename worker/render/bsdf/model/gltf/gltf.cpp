@@ -147,8 +147,8 @@ LayeredEval eval_above(const BsdfParams& params, const Layers& layers, Vec3 wo, 
   // Even light: the base, and light between the facets.
   const Mask outer = and_not(active, layers.inside | refracted);
   const LayerEnergy in = layers.rows.at(zi);
-  const Float mean_factor = max(layers.mean_base_factor(), 1e-6f);
-  const Float even = layers.diffuse * layers.base_out * layers.base_factor(zi, in) / mean_factor;
+  const LayerShare mean_factor = max(layers.mean_base_factor(), 1e-6f);
+  const LayerShare even = layers.diffuse * layers.base_out * layers.base_factor(zi, in) / mean_factor;
   const Spectrum base =
       select(reflected, layers.base * (1.0f - layers.behind), Layers::behind_color(params) * layers.behind) *
       (even * zi * kInvPi);
@@ -162,10 +162,11 @@ LayeredEval eval_above(const BsdfParams& params, const Layers& layers, Vec3 wo, 
   const Mask under = (layers.inside & reflected) | and_not(refracted, layers.inside);  // where wi is
   const Mask outside = and_not(reflected, layers.inside);
   if (any(active & (layers.sheen.max_component() > 0.0f))) {
-    const Float colour = layers.sheen.max_component();
+    const LayerShare colour = layer_share(layers.sheen);
     const Float sheen_in = select(under, 0.0f, layers.sheen_rows.at(zi).sheen);
     // Along the surface the lobe alone would reflect several times the light that comes.
-    const Float most = max(layers.sheen_out, sheen_in), left = 1.0f - colour * min(most, 1.0f);
+    const Float most = max(layers.sheen_out, sheen_in);
+    const LayerShare left = LayerShare(1.0f) - colour * min(most, 1.0f);
     f_cos *= left, diffuse *= left;
     const Float kept = sheen_value(params, wo, wi, half.h2, half.h) / max(most, 1.0f);
     f_cos += select_or_zero(outside, layers.sheen * kept);

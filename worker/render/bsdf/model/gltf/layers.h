@@ -39,7 +39,7 @@ struct Layers : FacetMatter {
   LayerRows coat_rows, sheen_rows;
   LayerEnergy out;                    // energy of the facets, along wo
   Float coat_out, sheen_out;          // part of the light along wo that coat and sheen reflect
-  Float base_out;                     // part of it that the dielectric leaves to the base
+  LayerShare base_out;                // part of it that the dielectric leaves to the base
   Float to_above, to_below, to_coat;  // probabilities; the rest goes to the facets
 
   /// `upper_normal` is that of the coat, in the frame that wo is in.
@@ -93,9 +93,10 @@ struct Layers : FacetMatter {
   TESSERA_INLINE void set_probabilities(const BsdfParams& params, Vec3 wo) {
     const Float sheen_kept = min(sheen_out, 1.0f);
     const FacetReflectance at_facets = reflected(wo.z, out);
-    const Float weakest_reflected = filmed ? at_facets.dielectric.mean() : out.of(weakest, dielectric90);
+    const Float weakest_reflected =
+        filmed ? at_facets.dielectric.mean() : mean_of(out.of(weakest, dielectric90));
     const Float refracted = glass * (1.0f - min(weakest_reflected, 1.0f)) * base.mean();
-    const Float even = diffuse * base_out, grazing = filmed ? max(f90, film_share) : f90;
+    const Float even = diffuse * mean_of(base_out), grazing = filmed ? max(f90, film_share) : f90;
     const Float above = even * (1.0f - behind) * base.mean() +
                         select(inside, 0.0f, (1.0f - out.mirror()) * grazing + sheen_kept * sheen.mean());
     const Float under = even * behind * behind_color(params).mean();
