@@ -57,9 +57,8 @@ struct PhaseTraits {
 struct AlgorithmTraits {
   const char* name;
   const char* summary = "";     // for people, in one line
-  bool wavelengths = false;     // paths may carry light of wavelengths (RenderSettings.color)
+  bool wavelengths = false;     // paths may carry light of wavelengths, and pictures have bands of it
   const char* why_colors = "";  // why they may not, for people
-  bool bands = false;           // and give pictures bands of it (RenderSettings.film)
   WorkKind work = WorkKind::kTiles;
   Bias bias = Bias::kUnbiased;
   bool media = false;           // sees participating media; where not, they are left out with a warning

@@ -87,8 +87,6 @@ absl::Status check_algorithm(const v1::JobSpec& spec) {
           "with map 'classic' has one set of wavelengths for the whole picture: color 'spectral' is "
           "for map 'progressive'");
   }
-  if (!algorithm->bands && bands_of(spec.view()).count > 0)
-    return cannot("gives pictures no bands: film '" + spec.view().film() + "' is not for it");
   if (!algorithm->straight_shadows && asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT)
     return cannot("does not let light pass glass unbent: glass_shadows 'straight' is not for it");
   if (!algorithm->first_hit_aovs) {

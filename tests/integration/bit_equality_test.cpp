@@ -274,7 +274,7 @@ TEST(BitEquality, BandsAndSensorsInProcessAndOnTwoWorkersWhateverTiles) {
   farm.add_worker(2);
   const Arguments scene{"scenes/metamers/scene.textproto", "--resolution", "72x36", "--spp", "16", "--quiet"};
   const std::string plain = render_hash(scene);
-  for (const char* integrator : {"path", "light"}) {
+  for (const char* integrator : {"path", "light", "bdpt", "vcm", "photon", "mlt", "guided"}) {
     const Arguments job =
         scene + Arguments{"--film",       "spectral:7:380-760", "--sensor", "nikon-d5100",
                           "--integrator", integrator,           "--set",    "white-balance=F2"};

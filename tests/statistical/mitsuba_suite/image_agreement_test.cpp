@@ -23,6 +23,16 @@ TEST(PValues, OfAnIntervalAreOneOrTwoSidedAtItsEnds) {
   }
 }
 
+TEST(PValues, OfStudentsDistributionAreThoseOfItsTables) {
+  EXPECT_NEAR(student_tail(12.706, 1), 0.025, 1e-5);
+  EXPECT_NEAR(student_tail(9.925, 2), 0.005, 1e-5);
+  EXPECT_NEAR(student_tail(2.0395, 31), 0.025, 1e-5);
+  EXPECT_NEAR(student_tail(3.646, 30), 0.0005, 1e-6);
+  EXPECT_NEAR(student_tail(-2.0395, 31), 0.975, 1e-5);
+  EXPECT_NEAR(student_tail(2, 1000001), normal_tail(2), 1e-6);
+  EXPECT_NEAR(interval_p_value(2.0395 + 8, 8, 1, 31), 0.025, 1e-5);
+}
+
 TEST(PValues, AreCombinedAsPublished) {
   // exp(-x / 2) (1 + x / 2), the tail of chi-square with four degrees of freedom.
   const double two[] = {0.05, 0.05}, one[] = {0.3};

@@ -45,6 +45,38 @@ struct Picture {
 /// Empty, with a failure of the running test, when the scene does not load or a sample is not finite.
 Picture measure_picture(const PictureRequest& request);
 
+/// Pictures of one scene that differ in their seeds, for tests whose p-values are combined.
+using Pictures = std::vector<Picture>;
+
+/// Some of them, which share the request's samples.
+Pictures measure_pictures(const PictureRequest& request);
+
+/// A number that is to be zero, as each seed's picture has it.
+struct Difference {
+  std::string name;
+  std::vector<Picture::Value> by_seed;
+  double allowed = 0;  // systematic difference that does not count
+};
+
+/// Each value of pictures against those of others, seed by seed.
+std::vector<Difference> differences_of(const Pictures& a, const Pictures& b, double relative = 1e-3);
+/// The same of Picture::channels, from `first` on.
+std::vector<Difference> channel_differences(const Pictures& a, const Pictures& b, std::size_t first,
+                                            double relative = 1e-3);
+/// A number of each picture against one that is known.
+Difference difference_from(const std::string& name, const std::vector<Picture::Value>& by_seed,
+                           double expected, double relative);
+
+/// The least p-value of the hypotheses that each is no larger than allowed: those of the seeds combined
+/// [Fisher 1925], adjusted for the number of hypotheses [Holm 1979], which need not be independent.
+double p_value_of(const std::vector<Difference>& differences);
+/// Fails where that is below 1e-4, with the differences that are to blame.
+void expect_none(const std::vector<Difference>& differences);
+
+/// The same of differences_of(), and of all values against one that is known.
+void expect_same(const Pictures& a, const Pictures& b, double relative = 1e-3);
+void expect_value(const Pictures& pictures, double expected, double relative = 1e-3);
+
 /// Fails unless all values agree within their noise. Of 51 values, each with at least 31 degrees of freedom,
 /// one is off by six standard errors once in 25,000 pictures; `relative` is a difference that does not count.
 void expect_same(const Picture& a, const Picture& b, double relative = 1e-3);

@@ -1,8 +1,8 @@
 // Pictures that sensors and bands make of light of wavelengths, against quadrature over wavelengths.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
-#include <functional>
 #include <string>
 
 #include "absl/strings/str_cat.h"
@@ -11,44 +11,27 @@
 #include "spectra/sensor/bands.h"
 #include "spectra/sensor/sensor_response.h"
 #include "statistical/reference/lit_things.h"
-#include "statistical/reference/picture.h"
+#include "statistical/reference/spectral_pictures.h"
+#include "wire/algorithm.h"
 
 namespace tessera::test {
 namespace {
 
 constexpr std::size_t kFirstBand = 4;  // behind R, G, B and A
 
-Picture picture_of(const std::string& scene, const std::string& integrator, std::uint32_t depth,
-                   const std::string& settings, std::uint32_t seed = 0) {
-  PictureRequest request;
-  request.scene = scene;
-  request.integrator = integrator;
-  request.max_depth = depth;
-  request.settings = absl::StrCat(" color: COLOR_SPECTRAL ", settings);
-  request.spp = samples_of_form(2048);
-  request.seed = seed;
-  request.blobs = light_blobs();
-  return measure_picture(request);
+Pictures seen(const std::string& scene, const std::string& integrator, std::uint32_t depth,
+              const std::string& settings) {
+  return pictures_of(scene, integrator, depth, absl::StrCat(kSpectral, settings));
 }
 
-std::string message_of(const spectra::Curve& curve) {
-  std::string text = "sampled { ";
-  for (std::size_t i = 0; i < curve.nm.size(); ++i)
-    absl::StrAppend(&text, "wavelengths_nm: ", curve.nm[i], " values: ", curve.values[i], " ");
-  return text + "}";
-}
-
-/// The middle of each of many small steps: the integral of f between two wavelengths.
-double integral(double from, double to, const std::function<double(double)>& f) {
-  constexpr int kSteps = 4000;
-  double sum = 0;
-  for (int i = 0; i < kSteps; ++i) sum += f(from + (to - from) * (i + 0.5) / kSteps);
-  return sum * (to - from) / kSteps;
-}
-
-void expect_near(const Picture::Value& value, double expected, double relative) {
-  EXPECT_LT(value.error, 0.05 * std::abs(expected) + 1e-12) << "too noisy to tell anything";
-  EXPECT_NEAR(value.mean, expected, 5 * value.error + relative * std::abs(expected));
+/// Fails unless some channels of the whole pictures have this value, within their noise and a part of it.
+void expect_whole(const Pictures& pictures, std::size_t channels, double expected, double relative) {
+  std::vector<Difference> differences;
+  for (std::size_t c = 0; c < channels; ++c)
+    differences.push_back(difference_from_known(absl::StrCat("channel ", c),
+                                                values_by_seed(pictures, &Picture::values, c), expected,
+                                                relative, 0.05));
+  expect_none(differences);
 }
 
 /// The inside of a sphere that emits a spectrum everywhere.
@@ -66,88 +49,141 @@ TEST(SensorPicture, AGreySceneIsGreyToACameraThatIsBalancedForItsLamp) {
       "shapes { disk { radius: 3 } material: 'm' } lights { infinite { radiance { ",
       message_of(lamp), " } } } ", camera(kPerspective));
   const std::string sensor = "sensor: 'nikon-d5100' ";
-  const Picture balanced = picture_of(scene, "path", 2, sensor + "white_balance: 'F2'"),
-                not_balanced = picture_of(scene, "path", 2, sensor + "white_balance: 'D65'");
-  ASSERT_FALSE(balanced.values.empty() || not_balanced.values.empty());
-  for (std::size_t v = 0; v < balanced.values.size(); v += 3) {
-    const Picture::Value green = balanced.values[v + 1];
-    for (const std::size_t other : {v, v + 2}) {
-      const Picture::Value value = balanced.values[other];
-      EXPECT_NEAR(value.mean, green.mean, 6 * std::hypot(value.error, green.error) + 1e-4 * green.mean);
-    }
+  const Pictures balanced = seen(scene, "path", 2, sensor + "white_balance: 'F2'"),
+                 not_balanced = seen(scene, "path", 2, sensor + "white_balance: 'D65'");
+  Pictures green = balanced;
+  for (Picture& picture : green) {
+    for (std::size_t v = 0; v < picture.values.size(); v += 3)
+      picture.values[v] = picture.values[v + 2] = picture.values[v + 1];
   }
-  EXPECT_GT(not_balanced.whole(0).mean, 1.1 * not_balanced.whole(2).mean);
+  expect_same(balanced, green, 1e-4);
+  EXPECT_LT(p_value_of(differences_of(not_balanced, balanced, 0.1)), 1e-6);
 }
 
 TEST(SensorPicture, ASensorOfANarrowBandSeesLinesInItAndNoOthers) {
   const spectra::Curve light = line(546);
-  const double in_daylight = integral(540, 552, [](double nm) { return spectra::unit_d65().at(nm); });
-  const Picture seen = picture_of(within_light(light), "path", 0, "sensor: 'band:540-552'");
-  ASSERT_FALSE(seen.values.empty());
-  for (int c = 0; c < 3; ++c) expect_near(seen.whole(c), 10 / in_daylight, 1e-3);
-  const Picture beside = picture_of(within_light(light), "path", 0, "sensor: 'band:549-552'");
-  ASSERT_FALSE(beside.values.empty());
-  for (int c = 0; c < 3; ++c) EXPECT_EQ(beside.whole(c).mean, 0);
+  const double of_daylight = integral(540, 552, [](double nm) { return spectra::unit_d65().at(nm); });
+  expect_whole(seen(within_light(light), "path", 0, "sensor: 'band:540-552'"), 3, 10 / of_daylight, 1e-3);
+  for (const Picture& beside : seen(within_light(light), "path", 0, "sensor: 'band:549-552'"))
+    for (int c = 0; c < 3; ++c) EXPECT_EQ(beside.whole(c).mean, 0);
   // Infrared, which no observer sees.
-  const Picture infrared = picture_of(within_light(line(900)), "path", 0, "sensor: 'band:880-920'");
   const double daylight = integral(880, 920, [](double nm) { return spectra::unit_d65().at(nm); });
-  ASSERT_FALSE(infrared.values.empty());
-  expect_near(infrared.whole(0), 10 / daylight, 1e-3);
+  expect_whole(seen(within_light(line(900)), "path", 0, "sensor: 'band:880-920'"), 1, 10 / daylight, 1e-3);
 }
 
-TEST(SensorPicture, BandsHoldTheRadianceOfTheirWavelengths) {
-  const spectra::Curve wall{{360, 480, 520, 600, 640, 830}, {0.9f, 0.8f, 0.3f, 0.35f, 0.85f, 0.9f}};
-  const std::string scene =
-      absl::StrCat("materials { name: 'm' diffuse { reflectance { constant { ", message_of(wall),
-                   " } } } } shapes { sphere { radius: 5 } material: 'm' area_light { two_sided: true "
-                   "radiance { constant: 2 } } } camera { perspective { fov_degrees: 60 } } ");
-  const std::string film = "spectral:16:350-850";
+/// A wall whose light between its own sides is known, and the radiance that it has.
+struct Wall {
+  static constexpr std::uint32_t kDepth = 2;
+  const spectra::Curve curve{{360, 480, 520, 600, 640, 830}, {0.9f, 0.8f, 0.3f, 0.35f, 0.85f, 0.9f}};
+
+  std::string scene() const {
+    return absl::StrCat("materials { name: 'm' diffuse { reflectance { constant { ", message_of(curve),
+                        " } } } } shapes { sphere { radius: 5 } material: 'm' area_light { two_sided: true "
+                        "radiance { constant: 2 } } } camera { perspective { fov_degrees: 60 } } ");
+  }
+  double radiance(double nm) const {
+    const double rho = curve.at(nm);
+    return 2 * spectra::unit_d65().at(nm) * (1 + rho + rho * rho);
+  }
+};
+
+struct BandsCase {
+  const char* integrator;
+  const char* film;
+  const char* settings = "";
+  double relative = 1e-3;  // what is merged may be off by this
+  // Largest standard error of a band. Where all of a pass has four wavelengths, few are in any one band.
+  double noise = 0.03;
+};
+std::string name_of(const testing::TestParamInfo<BandsCase>& bands) { return bands.param.integrator; }
+
+class BandsOfLight : public testing::TestWithParam<BandsCase> {};
+
+TEST_P(BandsOfLight, HoldTheRadianceOfTheirWavelengths) {
+  const Wall wall;
+  const std::string film = GetParam().film;
   const spectra::Bands bands = *spectra::parse_film(film);
-  const Picture picture =
-      picture_of(scene, "path", 2, absl::StrCat("film: '", film, "' direct_light: DIRECT_LIGHT_BSDF"));
-  ASSERT_EQ(picture.channels.size(), kFirstBand + 16);
-  const auto radiance = [&](double nm) {
-    return 2 * spectra::unit_d65().at(nm) * (1 + wall.at(nm) + wall.at(nm) * wall.at(nm));
-  };
+  const Pictures pictures = seen(wall.scene(), GetParam().integrator, Wall::kDepth,
+                                 absl::StrCat("film: '", film, "' ", GetParam().settings));
+  std::vector<Difference> differences;
+  for (int b = 0; b < bands.count; ++b) {
+    const double expected =
+        integral(bands.begin(b), bands.begin(b + 1), [&](double nm) { return wall.radiance(nm); }) /
+        bands.width();
+    differences.push_back(difference_from_known(
+        absl::StrCat(bands.centre(b), " nm"),
+        values_by_seed(pictures, &Picture::channels, kFirstBand + static_cast<std::size_t>(b)), expected,
+        GetParam().relative, GetParam().noise));
+  }
+  expect_none(differences);
+  // Red, green and blue beside them.
   const auto response =
       *spectra::sensor_response(*spectra::parse_sensor("cie1931"), spectra::unit_d65(), spectra::kRec709);
-  spectra::Triple from_measured = {0, 0, 0}, from_expected = {0, 0, 0}, error2 = {0, 0, 0};
-  for (int b = 0; b < bands.count; ++b) {
-    SCOPED_TRACE(bands.centre(b));
-    const double expected = integral(bands.begin(b), bands.begin(b + 1), radiance) / bands.width();
-    const Picture::Value& measured = picture.channels[kFirstBand + static_cast<std::size_t>(b)];
-    expect_near(measured, expected, 5e-4);
-    const spectra::Triple part = spectra::seen(response, bands.begin(b), bands.begin(b + 1));
-    for (std::size_t c = 0; c < 3; ++c) {
-      from_measured[c] += measured.mean * part[c], from_expected[c] += expected * part[c];
-      error2[c] += measured.error * measured.error * part[c] * part[c];
-    }
-  }
-  // Red, green and blue beside them are those of light itself; summed bands are those of steps of light.
-  for (int c = 0; c < 3; ++c) {
-    const double of_light = integral(
-        360, 830, [&](double nm) { return radiance(nm) * response.at(nm)[static_cast<std::size_t>(c)]; });
-    expect_near(picture.whole(c), of_light, 1e-3);
-    EXPECT_NEAR(from_measured[static_cast<std::size_t>(c)], from_expected[static_cast<std::size_t>(c)],
-                5 * std::sqrt(error2[static_cast<std::size_t>(c)]) + 1e-3);
-    EXPECT_NEAR(from_measured[static_cast<std::size_t>(c)], picture.whole(c).mean, 0.03 * of_light);
+  spectra::Triple expected;
+  for (std::size_t c = 0; c < 3; ++c)
+    expected[c] = integral(360, 830, [&](double nm) { return wall.radiance(nm) * response.at(nm)[c]; });
+  expect_color(pictures, expected, 2 * GetParam().relative);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Within, BandsOfLight,
+    testing::Values(BandsCase{"path", "spectral:16:350-850", "direct_light: DIRECT_LIGHT_BSDF", 5e-4},
+                    BandsCase{"photon", "spectral:4:350-850",
+                              "photon { radius: 2 photons: 512 light: PHOTON_LIGHT_ALL }", 5e-3, 0.1}),
+    &name_of);
+
+std::string coloured_things() {
+  return absl::StrCat(things("diffuse { reflectance { constant { rgb { r: 0.7 g: 0.2 b: 0.1 } } } }"),
+                      lamp("disk { radius: 1 }", "two_sided: true", kAbove), camera(kPerspective));
+}
+
+class BandsOfIntegrators : public testing::TestWithParam<BandsCase> {};
+
+TEST_P(BandsOfIntegrators, AreThoseOfPathsFromTheCamera) {
+  const std::string film = absl::StrCat("film: '", GetParam().film, "' ");
+  const auto end = kFirstBand + static_cast<std::size_t>(spectra::parse_film(GetParam().film)->count);
+  // Pixels that share light share wavelengths, too, and so the noise of bands.
+  const Pictures path = seen(coloured_things(), "path", 3, film + kAlone),
+                 other = seen(coloured_things(), GetParam().integrator, 3, film + GetParam().settings);
+  for (const Pictures* pictures : {&path, &other})
+    for (const Picture& picture : *pictures) ASSERT_EQ(picture.channels.size(), end);
+  expect_same(path, other, GetParam().relative);
+  const std::vector<Difference> differences =
+      channel_differences(path, other, kFirstBand, GetParam().relative);
+  expect_none(differences);
+  for (std::size_t b = 0; b < differences.size(); ++b) {
+    const double light = mean_of(values_by_seed(path, &Picture::channels, kFirstBand + b)).mean;
+    EXPECT_LT(mean_of(differences[b].by_seed).error, GetParam().noise * light)
+        << "band " << b << ": nothing can be told";
   }
 }
 
-TEST(SensorPicture, BandsOfLightFromLampsAreThoseOfPathsFromTheCamera) {
-  const std::string scene =
-      absl::StrCat(things("diffuse { reflectance { constant { rgb { r: 0.7 g: 0.2 b: 0.1 } } } }"),
-                   lamp("disk { radius: 1 }", "two_sided: true", kAbove), camera(kPerspective));
-  const Picture path = picture_of(scene, "path", 3, "film: 'spectral:8'"),
-                light = picture_of(scene, "light", 3, "film: 'spectral:8'");
-  ASSERT_EQ(path.channels.size(), kFirstBand + 8);
-  ASSERT_EQ(light.channels.size(), kFirstBand + 8);
-  expect_same(path, light);
-  for (std::size_t c = kFirstBand; c < path.channels.size(); ++c) {
-    const Picture::Value &a = path.channels[c], &b = light.channels[c];
-    EXPECT_GT(a.mean, 0);
-    EXPECT_NEAR(a.mean, b.mean, 5 * std::hypot(a.error, b.error) + 1e-3 * a.mean)
-        << "band " << c - kFirstBand;
+INSTANTIATE_TEST_SUITE_P(All, BandsOfIntegrators,
+                         testing::Values(BandsCase{"light", "spectral:8"}, BandsCase{"bdpt", "spectral:8"},
+                                         BandsCase{"mlt", "spectral:8"},
+                                         BandsCase{"guided", "spectral:8", kAlone},
+                                         BandsCase{"vcm", "spectral:4", "", 0.01, 0.05}),
+                         &name_of);
+
+/// A sensor that sees all of the bands' wavelengths alike sees their sum, of each sample.
+TEST(SensorPicture, BandsOfAllIntegratorsAddUpToWhatTheSensorSees) {
+  const double of_daylight = integral(400, 700, [](double nm) { return spectra::unit_d65().at(nm); });
+  for (const wire::AlgorithmTraits& algorithm : wire::algorithms()) {
+    if (!algorithm.wavelengths) continue;
+    SCOPED_TRACE(algorithm.name);
+    PictureRequest request;
+    request.scene = coloured_things();
+    request.integrator = algorithm.name;
+    request.max_depth = 3;
+    request.settings = absl::StrCat(kSpectral, "film: 'spectral:6:400-700' sensor: 'band:400-700'");
+    request.spp = 64;
+    request.blobs = light_blobs();
+    const Picture picture = measure_picture(request);
+    ASSERT_EQ(picture.channels.size(), kFirstBand + 6);
+    double sum = 0;
+    for (std::size_t b = 0; b < 6; ++b) sum += 50 * picture.channels[kFirstBand + b].mean / of_daylight;
+    EXPECT_GT(sum, 0);
+    EXPECT_NEAR(sum, picture.whole(1).mean, 1e-4 * sum);
   }
 }
 

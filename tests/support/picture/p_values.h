@@ -25,15 +25,42 @@ inline double normal_quantile(double tail) {
   return low;
 }
 
+/// Probability that a variable of Student's t distribution exceeds `t` [Abramowitz & Stegun 1964, 26.7.3 and
+/// 26.7.4].
+inline double student_tail(double t, int degrees_of_freedom) {
+  if (t < 0) return 1 - student_tail(-t, degrees_of_freedom);
+  const double theta = std::atan(t / std::sqrt(static_cast<double>(degrees_of_freedom)));
+  const double cosine = std::cos(theta);
+  const bool odd = degrees_of_freedom % 2 == 1;
+  double sum = 0, term = odd ? cosine : 1;
+  for (int k = odd ? 1 : 0; k + 2 <= degrees_of_freedom; k += 2) {
+    sum += term;
+    term *= (k + 1.0) / (k + 2.0) * cosine * cosine;
+  }
+  const double within = odd ? (theta + std::sin(theta) * sum) * 2 / M_PI : std::sin(theta) * sum;
+  return std::max(0.0, (1 - within) / 2);
+}
+
+/// The sum of both tails of a distribution about an interval, from a value that far from its middle on.
+template <class Tail>
+double tails_about(double difference, double allowed, double standard_error, Tail&& tail) {
+  const double distance = std::abs(difference);
+  if (!(standard_error > 0)) return distance <= allowed ? 1 : 0;
+  return tail((distance - allowed) / standard_error) + tail((distance + allowed) / standard_error);
+}
+
 /// Tests that the mean of a normal variable lies within [-allowed, allowed], given one value of it,
 /// `difference`, and its standard error [Lehmann & Romano 2005, sec. 3.7]: the largest probability, among
 /// these means, of a value that far from zero. Uniform in [0, 1] where the mean is `allowed` itself; without
 /// noise, 0 or 1.
 inline double interval_p_value(double difference, double allowed, double standard_error) {
-  const double distance = std::abs(difference);
-  if (!(standard_error > 0)) return distance <= allowed ? 1 : 0;
-  return normal_tail((distance - allowed) / standard_error) +
-         normal_tail((distance + allowed) / standard_error);
+  return tails_about(difference, allowed, standard_error, normal_tail);
+}
+/// The same where the standard error was measured, with so many degrees of freedom.
+inline double interval_p_value(double difference, double allowed, double standard_error,
+                               int degrees_of_freedom) {
+  return tails_about(difference, allowed, standard_error,
+                     [=](double t) { return student_tail(t, degrees_of_freedom); });
 }
 
 /// Probability that `trials` independent events of probability `p` happen at least `count` times.

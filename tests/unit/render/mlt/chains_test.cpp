@@ -32,7 +32,8 @@ class Toy final : public PathSpace {
   int max_events() const override { return kDeep; }
   bool asks_for(int place) const override { return place != kFlightPlace; }
 
-  Channels channels(const PathBatch&, int) const override { return {}; }
+  Wavelengths wavelengths(const PathBatch&, int) const override { return {}; }
+  const Response& response() const override { return response_; }
   void make(PathBatch& batch) override {
     for (int slot = 0; slot < batch.count; slot += kWidth) {
       const PrimaryNumbers numbers(batch, slot / kWidth);
@@ -58,6 +59,9 @@ class Toy final : public PathSpace {
       }
     }
   }
+
+ private:
+  const Response response_;
 };
 
 /// Light on the film's left and right half, by bands.

@@ -7,11 +7,13 @@
 #include <cmath>
 
 #include "render/bsdf/kinds.h"
+#include "render/scene/spectral/spectral_builder.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {
 namespace {
 
+using testing::AllOf;
 using testing::ElementsAre;
 using testing::HasSubstr;
 using testing::IsEmpty;
@@ -42,6 +44,31 @@ class MaterialBuilderTest : public testing::Test {
   std::vector<std::string> warnings_;
   MaterialBuilder builder_{textures_, table_, warnings_};
 };
+
+TEST_F(MaterialBuilderTest, CoatsSayWhatIndexOfSeveralTheyHave) {
+  const std::string measured = "eta { named: 'glass-BK7' }", one = "eta { constant: 1.4 }";
+  for (const char* kind : {"coated_diffuse", "plastic", "coated_conductor"}) {
+    SCOPED_TRACE(kind);
+    SpectralTables tables;
+    SpectralBuilder spectral(tables);
+    for (const std::string& eta : {measured, one}) {
+      MaterialTable table;
+      std::vector<std::string> of_wavelengths, of_rgb;
+      const auto scene = message<v1::Scene>(absl::StrCat("materials { name: 'm' ", kind, " { ", eta, " } }"));
+      MaterialBuilder rgb(textures_, table, of_rgb),
+          builder(textures_, table, of_wavelengths, true, &spectral);
+      EXPECT_TRUE(rgb.build(scene.materials()).ok());
+      EXPECT_TRUE(builder.build(scene.materials()).ok());
+      EXPECT_THAT(of_rgb, IsEmpty());
+      if (eta == one) {
+        EXPECT_THAT(of_wavelengths, IsEmpty());
+      } else {
+        EXPECT_THAT(of_wavelengths, ElementsAre(AllOf(HasSubstr("material 'm': its coat has the index 1.516"),
+                                                      HasSubstr("1.53"), HasSubstr("at 700 nm"))));
+      }
+    }
+  }
+}
 
 TEST_F(MaterialBuilderTest, SlotsHoldConstantsAndTextures) {
   ASSERT_EQ(build(R"(

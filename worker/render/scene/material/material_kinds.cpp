@@ -159,7 +159,7 @@ absl::Status set_coat(const v1::CoatedDiffuseMaterial& coat, MaterialSlots& slot
   MaterialRecord& record = slots.record;
   record.kind = BsdfKind::kCoatedDiffuse;
   record.flags |= kUsesAlphas | kUsesEta | kDiffuseBase;
-  if (auto s = slots.set_eta(coat.eta(), 1.5f); !s.ok()) return s;
+  if (auto s = slots.set_coat_eta(coat.eta(), 1.5f); !s.ok()) return s;
   if (auto s = slots.set_spectrum(coat.reflectance(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
       !s.ok())
     return s;
@@ -186,7 +186,7 @@ absl::Status set_plastic(const v1::PlasticMaterial& plastic, MaterialSlots& slot
   record.kind = BsdfKind::kPlastic;
   record.flags |= kUsesSecondSpectrum | kUsesAlphas | kUsesEta | kDiffuseBase;
   if (plastic.nonlinear()) set_variants(record, kNonlinear);
-  if (auto s = slots.set_eta(plastic.eta(), kUsualEta); !s.ok()) return s;
+  if (auto s = slots.set_coat_eta(plastic.eta(), kUsualEta); !s.ok()) return s;
   if (auto s =
           slots.set_spectrum(plastic.reflectance(), {0.5f, 0.5f, 0.5f}, record.spectra[slot::kReflectance]);
       !s.ok())
@@ -213,7 +213,7 @@ absl::Status set_coated_conductor(const v1::CoatedConductorMaterial& coated, Mat
   record.kind = BsdfKind::kCoatedConductor;
   record.flags |= kUsesAlphas | kUsesEta;
   ScalarSlot &u = record.scalars[slot::kAlphaX], &v = record.scalars[slot::kAlphaY];
-  if (auto s = slots.set_eta(coated.eta(), 1.5f); !s.ok()) return s;
+  if (auto s = slots.set_coat_eta(coated.eta(), 1.5f); !s.ok()) return s;
   if (auto s = slots.set_roughness(coated.roughness(), u, v); !s.ok()) return s;
   ExtendedRecord& extended = slots.extend();
   const v1::Roughness& base = coated.conductor().roughness();

@@ -99,6 +99,19 @@ absl::Status MaterialSlots::set_eta(const v1::Spectrum& spectrum, float otherwis
   return wire::check_index(eta);
 }
 
+absl::Status MaterialSlots::set_coat_eta(const v1::Spectrum& eta, float otherwise) {
+  if (auto s = set_eta(eta, otherwise); !s.ok() || inputs_.spectral == nullptr) return s;
+  const std::optional<spectra::Curve> measured = measured_curve(eta);
+  if (!measured) return absl::OkStatus();
+  const double violet = measured->at(400), red = measured->at(700);
+  if (violet != red) {
+    warn(absl::StrCat("its coat has the index ", record.scalars[slot::kEta].value,
+                      " at all wavelengths, that at 589.3 nm; measured are ", violet, " at 400 nm and ", red,
+                      " at 700 nm"));
+  }
+  return absl::OkStatus();
+}
+
 absl::Status MaterialSlots::set_dispersing_eta(const v1::Spectrum& eta, bool has_dispersion,
                                                const v1::Dispersion& dispersion, float otherwise) {
   constexpr double kSodiumNm = 589.3;  // that of spectra::dielectric_eta()

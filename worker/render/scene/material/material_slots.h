@@ -41,6 +41,8 @@ class MaterialSlots {
   absl::Status set_tint(const v1::SpectrumValue& value, SpectrumSlot& slot);
   absl::Status set_roughness(const v1::Roughness& roughness, ScalarSlot& u, ScalarSlot& v);
   absl::Status set_eta(const v1::Spectrum& eta, float otherwise);
+  /// The same of a coat, which has one index at all wavelengths; warns where a measured one varies.
+  absl::Status set_coat_eta(const v1::Spectrum& eta, float otherwise);
   /// The same of a boundary that refracts light of each wavelength by its own index, in jobs of wavelengths,
   /// where one of the two has it.
   absl::Status set_dispersing_eta(const v1::Spectrum& eta, bool has_dispersion,

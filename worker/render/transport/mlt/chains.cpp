@@ -65,6 +65,7 @@ DepthChoice::Choice DepthChoice::choose(double u) const {
 
 Chains::Chains(PathSpace& space, const MetropolisSettings& config, RenderStats& stats)
     : space_(space),
+      response_(space.response()),
       config_(config),
       stats_(stats),
       depths_(space.max_events()),
@@ -295,10 +296,32 @@ void Chains::make() {
     Mask lit = Mask::all();
     for (int c = 0; c < kSpectrumLanes; ++c) lit &= is_summable(light.c[c]);
     select_or_zero(lit, max(brightness_of(light), 0.0f)).store(brightness_ + slot);
-    const Channels channels = space_.channels(batch_, slot / kWidth);
+    const Wavelengths wavelengths = space_.wavelengths(batch_, slot / kWidth);
+    const Channels channels = channels_of_light(response_, wavelengths);
     for (int channel = 0; channel < kResponseChannels; ++channel)
       channels.of(channel, [&](int lane) { return light.c[lane]; }).store(channels_[channel] + slot);
+    find_bands(slot, wavelengths, channels);
   }
+}
+
+/// What 16 paths of the batch bring to the film's bands.
+void Chains::find_bands(int slot, const Wavelengths& wavelengths, const Channels& channels) {
+#ifdef TESSERA_SPECTRAL
+  if (response_.sensitivity.bands == 0) return;
+  for (int lane = 0; lane < kSpectrumLanes; ++lane) {
+    const BandShare share = band_share(response_.sensitivity, wavelengths, channels, lane);
+    alignas(64) std::int32_t band[kWidth];
+    alignas(64) float light[kWidth];
+    share.band.store(band);
+    (Float::load(batch_.light.c[lane] + slot) * share.weight).store(light);
+    for (int i = 0; i < kWidth; ++i) {
+      bands_[slot + i].band[lane] = band[i];
+      bands_[slot + i].light[lane] = light[i];
+    }
+  }
+#else
+  (void)slot, (void)wavelengths, (void)channels;
+#endif
 }
 
 Chains::Path Chains::made(int slot, const Path& asked) const {
@@ -306,6 +329,7 @@ Chains::Path Chains::made(int slot, const Path& asked) const {
   path.x = batch_.film_x[slot];
   path.y = batch_.film_y[slot];
   for (int c = 0; c < kResponseChannels; ++c) path.light[c] = channels_[c][slot];
+  path.bands = bands_[slot];
   path.brightness = brightness_[slot];
   return path;
 }
@@ -364,11 +388,26 @@ void Chains::splat(const Path& path, float weight) {
   for (int channel = 0; channel < kResponseChannels; ++channel)
     splat.value[channel] = path.light[channel] * scale;
   splats_.push_back(splat);
+  splat_bands(path, scale);
+}
+
+void Chains::splat_bands(const Path& path, float scale) {
+#ifdef TESSERA_SPECTRAL
+  if (response_.sensitivity.bands == 0) return;
+  for (int lane = 0; lane < kSpectrumLanes; ++lane) {
+    if (path.bands.band[lane] >= 0)
+      band_splats_.push_back({path.x, path.y, path.bands.light[lane] * scale, path.bands.band[lane]});
+  }
+#else
+  (void)path, (void)scale;
+#endif
 }
 
 void Chains::flush(Film& film) {
   film.splat(splats_);
   splats_.clear();
+  if (!band_splats_.empty()) film.splat_bands(band_splats_);
+  band_splats_.clear();
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -58,6 +58,14 @@ class Chains {
   bool run(const FamilyName& name, float share, Film& film, std::stop_token stop);
 
  private:
+  /// The bands of the film that a path brings light to, lane by lane, -1 where there is none; where lanes are
+  /// wavelengths.
+  struct BandLight {
+#ifdef TESSERA_SPECTRAL
+    std::int32_t band[kSpectrumLanes];
+    float light[kSpectrumLanes];
+#endif
+  };
   /// A path, as far as it does not lie in its coordinates.
   struct Path {
     int events, from_light;
@@ -65,6 +73,7 @@ class Chains {
     std::uint32_t number;  // number of the chain among the random numbers of family_key_
     float x, y;
     float light[kResponseChannels];
+    [[no_unique_address]] BandLight bands;
     float brightness;
   };
   struct Chain : Path {
@@ -87,11 +96,14 @@ class Chains {
   void decide(int first, int count, Film& film);
   void keep(int chain, int slot);
   void make();
+  void find_bands(int slot, const Wavelengths& wavelengths, const Channels& channels);
   Path made(int slot, const Path& asked) const;
   void splat(const Path& path, float weight);
+  void splat_bands(const Path& path, float scale);
   void flush(Film& film);
 
   PathSpace& space_;
+  const Response& response_;
   const MetropolisSettings config_;
   RenderStats& stats_;
   const DepthChoice depths_;
@@ -111,7 +123,9 @@ class Chains {
   PathBatch batch_{};
   // Channels and brightness of the batch's light
   alignas(64) float channels_[kResponseChannels][kSubpaths], brightness_[kSubpaths];
+  BandLight bands_[kSubpaths] = {};
   std::vector<Splat> splats_;
+  std::vector<BandSplat> band_splats_;
 };
 
 }  // namespace tessera::render::TESSERA_ISA

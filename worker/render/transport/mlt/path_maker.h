@@ -23,9 +23,10 @@ class PathMaker final : public PathSpace {
   explicit PathMaker(const IntegratorContext& context);
 
   void make(PathBatch& batch) override;
-  Channels channels(const PathBatch& batch, int packet) const override {
-    return channels_of_light(scene_.sensor.response, wavelengths_of(PrimaryNumbers(batch, packet)));
+  Wavelengths wavelengths(const PathBatch& batch, int packet) const override {
+    return wavelengths_of(PrimaryNumbers(batch, packet));
   }
+  const Response& response() const override { return scene_.sensor.response; }
   int ways(int events) const override { return events + (connects_ ? 2 : 1); }
   int max_events() const override { return scene_.max_depth; }
   bool asks_for(int place_of_event) const override;

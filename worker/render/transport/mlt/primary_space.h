@@ -105,8 +105,10 @@ class PathSpace {
   virtual ~PathSpace() = default;
   /// Fills film_x, film_y and light of the batch's paths.
   virtual void make(PathBatch& batch) = 0;
-  /// The channels of the light of 16 of the batch's paths.
-  virtual Channels channels(const PathBatch& batch, int packet) const = 0;
+  /// The wavelengths of 16 of the batch's paths.
+  virtual Wavelengths wavelengths(const PathBatch& batch, int packet) const = 0;
+  /// How the film sees them.
+  virtual const Response& response() const = 0;
   /// Ways to make paths of so many events: as many vertices from the light, from 0 on.
   virtual int ways(int events) const = 0;
   /// Most events.
