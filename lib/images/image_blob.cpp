@@ -1,10 +1,9 @@
 #include "images/image_blob.h"
 
-#include <dlfcn.h>
-
 #include "absl/status/status.h"
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "base/installed_module.h"
 #include "images/module.h"
 #include "images/readers.h"
 
@@ -51,18 +50,10 @@ absl::StatusOr<const Format*> format_of(std::string_view blob, const std::string
   return invalid(name, "it is none of PNG, JPEG, WebP, TGA, BMP, EXR, HDR, PFM, PNM and TIFF");
 }
 
-/// Found by the program's run path, as kernels are. Never closed: its libraries have threads of their own.
 absl::StatusOr<const ImageModule*> open_module() {
-  void* const module = dlopen(kImageModuleFile, RTLD_LAZY | RTLD_LOCAL);
-  if (module == nullptr) {
-    return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror(), " (",
-                                                      kImageModuleFile,
-                                                      " belongs into the folder lib beside bin)"));
-  }
-  const auto entry = reinterpret_cast<ImageModuleEntry>(dlsym(module, kImageModuleEntry));
-  if (entry == nullptr)
-    return absl::FailedPreconditionError(absl::StrCat("images cannot be read: ", dlerror()));
-  return entry();
+  const auto entry = base::installed_module(kImageModuleFile, kImageModuleEntry, "images cannot be read");
+  if (!entry.ok()) return entry.status();
+  return reinterpret_cast<ImageModuleEntry>(*entry)();
 }
 
 /// Calls `work(module, message)`, and gives its fault the file's name.

@@ -1,27 +1,22 @@
 #include "image/view/ocio_view.h"
 
-#include <dlfcn.h>
-
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "base/installed_module.h"
 #include "image/view/ocio_module.h"
 
 namespace tessera::client {
 namespace {
 
-/// Found by the program's run path, as kernels are. Never closed: its libraries may have threads of their
-/// own.
 absl::StatusOr<const OcioModule*> open_module() {
-  void* const module = dlopen(kOcioModuleFile, RTLD_LAZY | RTLD_LOCAL);
-  void* const entry = module == nullptr ? nullptr : dlsym(module, kOcioModuleEntry);
-  if (entry != nullptr) return reinterpret_cast<OcioModuleEntry>(entry)();
-  return absl::FailedPreconditionError(
-      absl::StrCat("views of OpenColorIO need its module, which is not here: ", dlerror(), " (",
-                   kOcioModuleFile, " belongs into the folder lib beside bin)"));
+  const auto entry =
+      base::installed_module(kOcioModuleFile, kOcioModuleEntry, "OpenColorIO's views cannot be shown");
+  if (!entry.ok()) return entry.status();
+  return reinterpret_cast<OcioModuleEntry>(*entry)();
 }
 
 class OcioView final : public DisplayView {

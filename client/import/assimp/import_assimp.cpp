@@ -1,12 +1,11 @@
 #include "import/assimp/import_assimp.h"
 
-#include <dlfcn.h>
-
 #include <cstdint>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "base/installed_module.h"
 #include "import/assimp/apart.h"
 #include "import/assimp/module.h"
 #include "import/gltf/file/buffers.h"
@@ -18,14 +17,11 @@
 namespace tessera::client::assimp {
 namespace {
 
-/// Found by the program's run path, as kernels are. Never closed: it may keep threads and tables.
 absl::StatusOr<const AssimpModule*> open_module() {
-  void* const module = dlopen(kAssimpModuleFile, RTLD_LAZY | RTLD_LOCAL);
-  void* const entry = module == nullptr ? nullptr : dlsym(module, kAssimpModuleEntry);
-  if (entry != nullptr) return reinterpret_cast<AssimpModuleEntry>(entry)();
-  return absl::UnimplementedError(
-      concat("OBJ, STL, FBX and COLLADA are read by a module with Assimp, which is not here: ", dlerror(),
-             " (", kAssimpModuleFile, " belongs into the folder lib beside bin)"));
+  const auto entry = base::installed_module(kAssimpModuleFile, kAssimpModuleEntry,
+                                            "OBJ, STL, FBX and COLLADA are read by a module with Assimp");
+  if (!entry.ok()) return entry.status();
+  return reinterpret_cast<AssimpModuleEntry>(*entry)();
 }
 
 /// Result of the module's work, on its way from one process to another.

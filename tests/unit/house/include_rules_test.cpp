@@ -26,7 +26,7 @@ const std::map<std::string, Rooms>& rules() {
       {"lib/spectra", {"spectra", "base"}},
       {"lib/optics", {"optics", "base", "spectra"}},
       {"lib/base", {"base"}},
-      {"lib/images", {"images"}},
+      {"lib/images", {"images", "base"}},
       {"lib/layers", {"layers"}},
       {"lib/expression", {"expression"}},
       {"lib/telemetry", {"telemetry", "base"}},
