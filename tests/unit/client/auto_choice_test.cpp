@@ -76,18 +76,13 @@ TEST(AutoChoice, SettingsLeaveOutWhatDoesNotGoWithThem) {
   EXPECT_THAT(choose_job(request, empty_scene(), "", {}).status().message(), HasSubstr("irradiance-cache"));
 }
 
-TEST(AutoChoice, FilmsWithBandsGetAnIntegratorThatWritesThem) {
+TEST(AutoChoice, FilmsWithBandsGetAnIntegratorOfWavelengths) {
   JobSettings request = asking_for_auto();
   request.settings.set_color(v1::COLOR_SPECTRAL);
   request.settings.set_film("spectral:4");
   const auto chosen = choose_job(request, empty_scene(), "", {});
   ASSERT_TRUE(chosen.ok()) << chosen.status();
-  EXPECT_TRUE(wire::find_algorithm(chosen->job->spec.content().algorithms().integrator())->bands);
-  for (const char* other : {"path", "bdpt", "vcm", "light"}) {
-    const bool writes_bands = wire::find_algorithm(other)->bands;
-    EXPECT_EQ(left_out(*chosen, other).find("bands") == std::string::npos, writes_bands)
-        << other << ": " << left_out(*chosen, other);
-  }
+  EXPECT_TRUE(wire::find_algorithm(chosen->job->spec.content().algorithms().integrator())->wavelengths);
 }
 
 /// A room with a lamp and a ball of a material.

@@ -109,10 +109,10 @@ TEST_F(PbrtScene, SensorsOfFilmsAreSettings) {
   EXPECT_THAT(warnings_of(aces), HasSubstr("ACEScg"));
   EXPECT_THAT(warnings_of(film("ColorSpace \"rec2020\" ", "rgb", "")),
               HasSubstr("--color spectral --set rgb-space=rec2020"));
-  // An integrator that writes no bands is not the scene's, where it asks for them.
-  const auto bdpt = import_text("Integrator \"sppm\"\nFilm \"spectral\"\nWorldBegin\n");
-  ASSERT_TRUE(bdpt.ok());
-  EXPECT_TRUE(wire::find_algorithm(bdpt->scene.settings().integrator())->bands);
+  // An integrator without wavelengths is not the scene's, where it asks for bands.
+  const auto sppm = import_text("Integrator \"sppm\"\nFilm \"spectral\"\nWorldBegin\n");
+  ASSERT_TRUE(sppm.ok());
+  EXPECT_TRUE(wire::find_algorithm(sppm->scene.settings().integrator())->wavelengths);
 }
 
 TEST_F(PbrtScene, FaultsOfSensorsAreToldWhereTheyStandAllAtOnce) {
