@@ -4,8 +4,11 @@
 #include <cmath>
 #include <numbers>
 #include <optional>
+#include <vector>
 
 #include "import/geometry/transform.h"
+#include "optics/lens_system.h"
+#include "wire/lens_message.h"
 
 namespace tessera::client {
 namespace {
@@ -52,9 +55,21 @@ std::optional<Imath::M44d> projection_of(const v1::Camera& camera, const Window&
                      -screen.x_min / width, screen.y_max / height, 1, 1, 0, 0, -near, 0);
 }
 
+/// By OpenEXR's standard names, which say metres for the focus and millimetres for the focal length.
+void add_lens_facts(const v1::LensCamera& camera, Image& image) {
+  std::vector<optics::Fault> faults;
+  const std::optional<optics::LensSystem> lens = wire::lens_system_of(camera, faults);
+  if (!lens) return;  // a camera that no worker takes
+  if (!camera.lens().name().empty()) image.metadata["lensModel"] = camera.lens().name();
+  image.metadata["effectiveFocalLength"] = static_cast<float>(lens->paraxial().focal_length());
+  image.metadata["aperture"] = static_cast<float>(lens->use().f_number);
+  image.metadata["focus"] = static_cast<float>(lens->focus_distance() / 1000);
+}
+
 }  // namespace
 
 void add_camera_facts(const v1::Camera& camera, Image& image) {
+  if (camera.has_lens()) add_lens_facts(camera.lens(), image);
   const std::optional<Imath::M44d> camera_from_world = inverse(matrix_of(camera.world_from_camera()));
   if (!camera_from_world) return;
   image.metadata["worldToCamera"] = attribute_of(*camera_from_world);

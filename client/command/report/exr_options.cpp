@@ -48,8 +48,10 @@ void add_choice(options::Command& command, const char* name, const WordList<Valu
 }
 
 /// Attributes that say how a file is laid out, or have another type than text.
-constexpr std::string_view kTaken[] = {"channels",
+constexpr std::string_view kTaken[] = {"aperture",
+                                       "channels",
                                        "chromaticities",
+                                       "effectiveFocalLength",
                                        "emissiveUnits",
                                        "spectralLayoutVersion",
                                        "chunkCount",
@@ -57,6 +59,7 @@ constexpr std::string_view kTaken[] = {"channels",
                                        "dataWindow",
                                        "displayWindow",
                                        "expTime",
+                                       "focus",
                                        "framesPerSecond",
                                        "lineOrder",
                                        "name",

@@ -123,6 +123,22 @@ TEST(CameraFacts, PointsGoWhereTheyAreSeen) {
   EXPECT_NEAR(mapped(ndc, 12, -2, 4)[1], 1, 1e-6);
 }
 
+TEST(CameraFacts, LensesHaveOpenExrsNames) {
+  const v1::Scene scene = scene_of(
+      "camera { lens { lens { name: 'singlet' surfaces { stop: true diameter_mm: 20 thickness_mm: 1 }"
+      "surfaces { radius_mm: 100 thickness_mm: 2 diameter_mm: 40 index: 1.5 }"
+      "surfaces { radius_mm: -100 thickness_mm: 100 diameter_mm: 40 } } focus_distance: 5 } }");
+  Image image;
+  image.display = {0, 0, 200, 100};
+  add_camera_facts(scene.camera(), image);
+  // By the lensmaker's equation; the stop is before the lens, so that it is the entrance pupil.
+  const double focal_length = 1 / (0.5 * (0.02 - 0.5 * 2 / (1.5 * 100 * 100)));
+  EXPECT_NEAR(std::get<float>(image.metadata.at("effectiveFocalLength")), focal_length, 1e-3);
+  EXPECT_NEAR(std::get<float>(image.metadata.at("aperture")), focal_length / 20, 1e-4);
+  EXPECT_EQ(std::get<float>(image.metadata.at("focus")), 5);
+  EXPECT_EQ(std::get<std::string>(image.metadata.at("lensModel")), "singlet");
+}
+
 TEST(FileFacts, TimeCodesCountFramesOfTheRate) {
   Image image;
   add_frame_facts(24 * 3661 + 13, {24, 1}, image);
