@@ -35,7 +35,7 @@ class FrameSource {
       const width = Math.min(kSide, w - column * kSide), height = Math.min(kSide, h - row * kSide);
       piece = {
         key, level, column, row, width, height, data: null, dirty: [0, 0, width, height], busy: false,
-        painted: "", canvas: null, failed: 0,
+        painted: "", canvas: null, failed: -Infinity,
       };
       this.pieces.set(key, piece);
     }
