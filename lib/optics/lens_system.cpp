@@ -186,8 +186,8 @@ bool LensSystem::set_stop(std::vector<Fault>& faults) {
   const double own_number = paraxial_.focal_length() / (most * pupil);
   double wanted = use_.stop_diameter > 0 ? use_.stop_diameter : most;
   if (use_.f_number > 0) wanted = paraxial_.focal_length() / (use_.f_number * pupil);
-  // Published f-numbers are rounded.
-  constexpr double kRounding = 1.02;
+  // Names of lenses have rounded f-numbers: f/1.4 may be f/1.43.
+  constexpr double kRounding = 1.03;
   if (!(wanted <= most * kRounding)) {
     fault(faults, use_.f_number > 0
                       ? absl::StrCat("f/", use_.f_number, " would need a stop of ", wanted,

@@ -11,8 +11,8 @@ namespace {
 
 using std::numbers::pi;
 
-constexpr int kTurns = 144;    // corners of an outline
-constexpr int kHalvings = 18;  // of the distance to the edge
+constexpr int kTurns = 96;     // corners of an outline
+constexpr int kHalvings = 13;  // of the distance to the edge
 constexpr int kRings = 64, kColumns = 24;
 
 Ray ray_to(Point film, Point pupil, double plane) {
@@ -143,7 +143,7 @@ void add_cell(std::vector<Point> points, std::vector<PupilNode>& nodes) {
 }
 
 std::vector<double> wavelengths_of(const LensSystem& lens) {
-  return lens.disperses() ? std::vector<double>{380, 450, kLineD, 720} : std::vector<double>{kLineD};
+  return lens.disperses() ? std::vector<double>{400, kLineD, 700} : std::vector<double>{kLineD};
 }
 
 Point middle_of(const std::vector<Point>& points, Point otherwise) {

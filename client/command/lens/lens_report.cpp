@@ -119,7 +119,8 @@ std::string text_of(const LensReport& report, std::size_t width) {
     }
     field.add(std::move(cells));
   }
-  std::string text = absl::StrCat(facts.text(width), "\n", field.text(width));
+  const std::string table = facts.text(width);  // whose headings are empty
+  std::string text = absl::StrCat(table.substr(table.find('\n') + 1), "\n", field.text(width));
   for (const double height : report.dark_heights)
     absl::StrAppend(&text,
                     absl::StrFormat("%.2f mm from the middle of the film there is no light\n", height));
@@ -189,8 +190,8 @@ LensDrawing drawing_of(const optics::LensSystem& lens, double film_diagonal) {
     drawing.elements.push_back(std::move(glass));
   }
   drawing.film = front, drawing.film_height = film_diagonal / 2;
-  for (const double part : {0.0, 0.35, 0.7}) {
-    const double height = part * film_diagonal;
+  for (const double part : {0.0, 0.6, 0.95}) {
+    const double height = part * film_diagonal / 2;
     const auto outline = optics::pupil_outline(lens, {height, 0}, optics::kLineD, {});
     if (outline.empty()) continue;
     const auto [low, high] = std::minmax_element(outline.begin(), outline.end(),

@@ -33,15 +33,15 @@ const char* const kDoubleGauss = R"(lens {
     surfaces { radius_mm: 600 thickness_mm: 0.565 diameter_mm: 38.5 }
     surfaces { radius_mm: 25.68 thickness_mm: 6.56 diameter_mm: 33.5 dispersion { abbe { index: 1.694 number: 54.6 } } }
     surfaces { radius_mm: 51.875 thickness_mm: 0.8 diameter_mm: 28.716 }
-    surfaces { radius_mm: 84.6 thickness_mm: 2.255 diameter_mm: 34 dispersion { abbe { index: 1.63 number: 35.4 } } }
+    surfaces { radius_mm: 84.6 thickness_mm: 2.255 diameter_mm: 34 dispersion { abbe { index: 1.63003 number: 35.4 } } }
     surfaces { radius_mm: 17.295 thickness_mm: 5.865 diameter_mm: 24.5 }
     surfaces { thickness_mm: 5.565 diameter_mm: 24.1 stop: true }
     surfaces { radius_mm: -19.475 thickness_mm: 2.855 diameter_mm: 24 dispersion { abbe { index: 1.7918 number: 25.9 } } }
-    surfaces { radius_mm: 246.02 thickness_mm: 6.185 diameter_mm: 31 dispersion { abbe { index: 1.8 number: 42.7 } } }
+    surfaces { radius_mm: 246.02 thickness_mm: 6.185 diameter_mm: 31 dispersion { abbe { index: 1.8004 number: 42.7 } } }
     surfaces { radius_mm: -35.965 thickness_mm: 0.095 diameter_mm: 31 }
-    surfaces { radius_mm: -125.895 thickness_mm: 4.05 diameter_mm: 31.5 dispersion { abbe { index: 1.8 number: 42.7 } } }
+    surfaces { radius_mm: -125.895 thickness_mm: 4.05 diameter_mm: 31.5 dispersion { abbe { index: 1.8004 number: 42.7 } } }
     surfaces { radius_mm: -37.625 thickness_mm: 0.095 diameter_mm: 31.5 }
-    surfaces { radius_mm: 198.13 thickness_mm: 4.05 diameter_mm: 31.5 dispersion { glass: "N-BK7" } }
+    surfaces { radius_mm: 198.13 thickness_mm: 4.05 diameter_mm: 31.5 dispersion { abbe { index: 1.71615 number: 53.7 } } }
     surfaces { radius_mm: -63.025 thickness_mm: 36.5 diameter_mm: 31.5 }
   } )";
 /// A condenser with an asphere, a conic and a cylinder in front of it.
@@ -120,7 +120,7 @@ struct Light {
   double mean = 0, deviation = 0, lost = 0;
 };
 Light light_at(const SensorRecord& sensor, double x, double y) {
-  constexpr int kSamples = 1 << 17;
+  constexpr int kSamples = 1 << 16;
   RandomLanes numbers(3);
   double sum = 0, squares = 0;
   int lost = 0;
@@ -150,7 +150,7 @@ TEST(LensSystemSensor, WeightsAreTheIrradianceOfTheFilm) {
       const auto field = optics::field_point(*camera.lens, std::hypot(film.x, film.y), {});
       ASSERT_TRUE(field);
       const Light light = light_at(camera.sensor, x, y), irradiance = light_at(plain.sensor, x, y);
-      // Outlines of the pupil are polygons of 144 corners: 0.03 % less than round ones.
+      // Outlines of the pupil are polygons.
       const double tolerance = 5 * light.deviation + 1e-3 * field->illumination;
       EXPECT_NEAR(light.mean, field->illumination, tolerance) << use << part;
       EXPECT_NEAR(irradiance.mean, field->illumination * axial, tolerance * axial) << use << part;
@@ -167,7 +167,8 @@ TEST(LensSystemSensor, ClosedBladesLetLessThrough) {
   const double part = 3 * std::sqrt(3.0) / (2 * std::numbers::pi);
   EXPECT_NEAR(light_at(polygon.sensor, 180, 120).mean / light_at(round.sensor, 180, 120).mean, part,
               0.01 * part);
-  EXPECT_LT(light_at(polygon.sensor, 350, 10).lost, 0.1);
+  // Cells of a grid are wider than rings.
+  EXPECT_LT(light_at(polygon.sensor, 350, 10).lost, 0.13);
 }
 
 /// A disk out of focus before a sky of radiance 1.
@@ -176,16 +177,16 @@ TEST(LensSystemSensor, PicturesOfAThinSingletAreThoseOfAThinLens) {
       camera { orthographic {} }
       film { width: 16 height: 16 }
       materials { name: 'black' diffuse { reflectance { constant { rgb {} } } } }
-      shapes { disk { radius: 0.02 } material: 'black'
-               world_from_object { elements: [1,0,0,0.01, 0,1,0,0.004, 0,0,1,1.2, 0,0,0,1] } }
+      shapes { disk { radius: 0.009 } material: 'black'
+               world_from_object { elements: [1,0,0,0.004, 0,1,0,0.0015, 0,0,1,0.5, 0,0,0,1] } }
       lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } })",
                                           16);
   ASSERT_NE(content, nullptr);
   v1::Camera message;
   ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(R"(lens {
-      lens { surfaces { thickness_mm: 0.2 diameter_mm: 10 stop: true }
-             surfaces { thickness_mm: 0.5 diameter_mm: 12 index: 1.5 }
-             surfaces { radius_mm: -50 thickness_mm: 100 diameter_mm: 12 } }
+      lens { surfaces { thickness_mm: 0.2 diameter_mm: 4 stop: true }
+             surfaces { radius_mm: 50 thickness_mm: 0.5 diameter_mm: 6 index: 1.5 }
+             surfaces { thickness_mm: 100 diameter_mm: 6 } }
       film_diagonal_mm: 8 focus_distance: 2.5 })",
                                                             &message));
   const auto sensor =
@@ -198,7 +199,7 @@ TEST(LensSystemSensor, PicturesOfAThinSingletAreThoseOfAThinLens) {
   SensorRecord thin = *sensor;
   thin.kind = SensorKind::kThinLens;
   thin.render_from_sensor.m[11] = static_cast<float>(front);
-  thin.lens_radius = 0.005f, thin.focal_distance = static_cast<float>(2.5 - front);
+  thin.lens_radius = 0.002f, thin.focal_distance = static_cast<float>(2.5 - front);
   constexpr std::uint32_t kSamples = 1024;
   double statistic = 0, brightness = 0;
   int pixels = 0;
