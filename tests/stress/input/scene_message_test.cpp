@@ -146,7 +146,9 @@ class SceneMessage : public testing::Test {
     v1::FisheyeCamera& fisheye = *samples_[2].scene.mutable_camera()->mutable_fisheye();
     fisheye.set_fov_degrees(180);
     fisheye.set_circle_degrees(170);
-    samples_[3].scene.mutable_camera()->mutable_cylindrical()->set_fov_degrees(300);
+    v1::Camera& around = *samples_[3].scene.mutable_camera();
+    around.mutable_cylindrical()->set_fov_degrees(300);
+    around.clear_screen_window();  // it has none
     v1::LensCamera& lens = *samples_[4].scene.mutable_camera()->mutable_lens();
     ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(kLens, &lens));
     *samples_[5].scene.mutable_camera()->mutable_lens() = lens;
