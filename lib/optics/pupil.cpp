@@ -63,11 +63,11 @@ std::optional<Point> find_open(const LensSystem& lens, Point film, double nm, do
   return std::nullopt;
 }
 
-/// Distance from an open point to the edge in a direction.
+/// Distance from an open point to the edge in a direction: not less than it is.
 double edge_from(const LensSystem& lens, Point film, Point open, double turn, double most, double nm,
-                 double plane) {
+                 double plane, int halvings = kHalvings) {
   double inside = 0, outside = most;
-  for (int i = 0; i < kHalvings; ++i) {
+  for (int i = 0; i < halvings; ++i) {
     const double middle = (inside + outside) / 2;
     const Point at{open.x + middle * std::cos(turn), open.y + middle * std::sin(turn)};
     (is_open(lens, film, at, plane, nm) ? inside : outside) = middle;
@@ -190,11 +190,11 @@ std::vector<Point> pupil_outline(const LensSystem& lens, Point film, double nm, 
 
 double axial_irradiance(const LensSystem& lens) {
   // cos^4 / z^2 over the disk, in polar coordinates: the integral along the radius is known.
-  constexpr int kParts = 720;
+  constexpr int kParts = 720, kExact = 40;
   const double plane = pupil_plane(lens), most = last_aperture(lens, {}, plane).radius;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
-    const double edge = edge_from(lens, {}, {}, 2 * pi * (i + 0.5) / kParts, most, kLineD, plane);
+    const double edge = edge_from(lens, {}, {}, 2 * pi * (i + 0.5) / kParts, most, kLineD, plane, kExact);
     sum += edge * edge / (plane * plane + edge * edge);
   }
   return sum * pi / kParts;

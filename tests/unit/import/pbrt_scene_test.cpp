@@ -324,7 +324,8 @@ TEST_F(PbrtScene, FaultsOfALensNameItsFile) {
   EXPECT_THAT(error_of(import_text("Camera \"realistic\"\nWorldBegin")), HasSubstr("needs a \"lensfile\""));
   write("lens.dat", "0 2 0 20\n5 6 1.5 24\n-90 60 nothing 24\n");
   const std::string camera = "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float focusdistance\" ";
-  EXPECT_THAT(error_of(import_text(camera + "3\nWorldBegin")), HasSubstr("lens.dat:3:8: 'nothing' is no number"));
+  EXPECT_THAT(error_of(import_text(camera + "3\nWorldBegin")),
+              HasSubstr("lens.dat:3:8: 'nothing' is no number"));
   write("lens.dat", "0 2 0 20\n5 6 1.5 24\n-90 60 0 24\n");
   EXPECT_THAT(error_of(import_text(camera + "3\nWorldBegin")),
               HasSubstr("lens.dat:2: surface 2: an aperture of 24 mm is larger than its element"));
