@@ -63,11 +63,11 @@ std::optional<Point> find_open(const LensSystem& lens, Point film, double nm, do
   return std::nullopt;
 }
 
-/// Distance from an open point to the edge in a direction.
+/// Distance from an open point to the edge in a direction: not less than it is.
 double edge_from(const LensSystem& lens, Point film, Point open, double turn, double most, double nm,
-                 double plane) {
+                 double plane, int halvings = kHalvings) {
   double inside = 0, outside = most;
-  for (int i = 0; i < kHalvings; ++i) {
+  for (int i = 0; i < halvings; ++i) {
     const double middle = (inside + outside) / 2;
     const Point at{open.x + middle * std::cos(turn), open.y + middle * std::sin(turn)};
     (is_open(lens, film, at, plane, nm) ? inside : outside) = middle;
@@ -142,10 +142,6 @@ void add_cell(std::vector<Point> points, std::vector<PupilNode>& nodes) {
   }
 }
 
-std::vector<double> wavelengths_of(const LensSystem& lens) {
-  return lens.disperses() ? std::vector<double>{400, kLineD, 700} : std::vector<double>{kLineD};
-}
-
 Point middle_of(const std::vector<Point>& points, Point otherwise) {
   if (points.empty()) return otherwise;
   Point sum;
@@ -154,9 +150,10 @@ Point middle_of(const std::vector<Point>& points, Point otherwise) {
 }
 
 /// Outlines of all wavelengths.
-std::vector<Point> outlines(const LensSystem& lens, Point film, Point& near) {
+std::vector<Point> outlines(const LensSystem& lens, const std::vector<double>& wavelengths, Point film,
+                            Point& near) {
   std::vector<Point> all;
-  for (const double nm : wavelengths_of(lens)) {
+  for (const double nm : wavelengths) {
     const std::vector<Point> one = pupil_outline(lens, film, nm, near);
     near = middle_of(one, near);
     all.insert(all.end(), one.begin(), one.end());
@@ -190,17 +187,18 @@ std::vector<Point> pupil_outline(const LensSystem& lens, Point film, double nm, 
 
 double axial_irradiance(const LensSystem& lens) {
   // cos^4 / z^2 over the disk, in polar coordinates: the integral along the radius is known.
-  constexpr int kParts = 720;
+  constexpr int kParts = 720, kExact = 40;
   const double plane = pupil_plane(lens), most = last_aperture(lens, {}, plane).radius;
   double sum = 0;
   for (int i = 0; i < kParts; ++i) {
-    const double edge = edge_from(lens, {}, {}, 2 * pi * (i + 0.5) / kParts, most, kLineD, plane);
+    const double edge = edge_from(lens, {}, {}, 2 * pi * (i + 0.5) / kParts, most, kLineD, plane, kExact);
     sum += edge * edge / (plane * plane + edge * edge);
   }
   return sum * pi / kParts;
 }
 
-PupilTable pupil_table(const LensSystem& lens, double half_width, double half_height) {
+PupilTable pupil_table(const LensSystem& lens, double half_width, double half_height,
+                       const std::vector<double>& wavelengths) {
   PupilTable table;
   table.z = pupil_plane(lens);
   table.rings = lens.is_round();
@@ -209,9 +207,9 @@ PupilTable pupil_table(const LensSystem& lens, double half_width, double half_he
   if (table.rings) {
     table.cells_x = kRings;
     table.cell_x = std::hypot(half_width, half_height) / kRings;
-    std::vector<Point> inner = outlines(lens, {}, near);
+    std::vector<Point> inner = outlines(lens, wavelengths, {}, near);
     for (int i = 0; i < kRings; ++i) {
-      std::vector<Point> outer = outlines(lens, {(i + 1) * table.cell_x, 0}, near), both = inner;
+      std::vector<Point> outer = outlines(lens, wavelengths, {(i + 1) * table.cell_x, 0}, near), both = inner;
       both.insert(both.end(), outer.begin(), outer.end());
       add_cell(std::move(both), table.nodes);
       inner = std::move(outer);
@@ -224,8 +222,8 @@ PupilTable pupil_table(const LensSystem& lens, double half_width, double half_he
   std::vector<std::vector<Point>> corners;
   for (int y = 0; y <= kColumns; ++y) {
     for (int x = 0; x <= kColumns; ++x)
-      corners.push_back(
-          outlines(lens, {table.first_x + x * table.cell_x, table.first_y + y * table.cell_y}, near));
+      corners.push_back(outlines(lens, wavelengths,
+                                 {table.first_x + x * table.cell_x, table.first_y + y * table.cell_y}, near));
   }
   for (int y = 0; y < kColumns; ++y) {
     for (int x = 0; x < kColumns; ++x) {

@@ -45,7 +45,8 @@ struct PupilTable {
   static constexpr int kNodes = 33;
 };
 
-/// For film within these distances from its middle, along x and y.
-PupilTable pupil_table(const LensSystem& lens, double half_width, double half_height);
+/// For film within these distances from its middle, along x and y, and light of these wavelengths.
+PupilTable pupil_table(const LensSystem& lens, double half_width, double half_height,
+                       const std::vector<double>& wavelengths = {kLineD});
 
 }  // namespace tessera::optics

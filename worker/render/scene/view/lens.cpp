@@ -52,9 +52,10 @@ class TableBuilder {
       const double edge = std::max(std::abs(offset), std::abs(offset + scale * size));
       return (edge + kPixelsBeyond * std::abs(scale)) * table_.film_distance;
     };
-    const optics::PupilTable pupil =
-        optics::pupil_table(lens_, farthest(sensor.scale_x, sensor.offset_x, sensor.width),
-                            farthest(sensor.scale_y, sensor.offset_y, sensor.height));
+    const optics::PupilTable pupil = optics::pupil_table(
+        lens_, farthest(sensor.scale_x, sensor.offset_x, sensor.width),
+        farthest(sensor.scale_y, sensor.offset_y, sensor.height),
+        sensor.disperses ? std::vector<double>{400, optics::kLineD, 700} : std::vector<double>{kSodiumNm});
     table_.pupil_z = static_cast<float>(pupil.z);
     table_.rings = pupil.rings;
     table_.cells_x = pupil.cells_x, table_.cells_y = pupil.cells_y;
