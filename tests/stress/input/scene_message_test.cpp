@@ -147,6 +147,7 @@ class SceneMessage : public testing::Test {
     fisheye.set_fov_degrees(180);
     fisheye.set_circle_degrees(170);
     samples_[3].scene.mutable_camera()->mutable_cylindrical()->set_fov_degrees(300);
+    samples_[3].scene.mutable_camera()->clear_screen_window();  // cylinders have none
     v1::LensCamera& lens = *samples_[4].scene.mutable_camera()->mutable_lens();
     ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(kLens, &lens));
     *samples_[5].scene.mutable_camera()->mutable_lens() = lens;
@@ -192,6 +193,7 @@ TEST_F(SceneMessage, BadNumbersInEveryField) {
   std::vector<BadNumber> cases;
   for (client::ImportedScene& sample : samples_) {
     ASSERT_EQ(judge.judge_scene(sample.scene, sample.blobs), "");
+    ASSERT_EQ(judge.tally().refused_by_renderer, 0u) << sample.scene.camera().ShortDebugString();
     std::size_t numbers = 0;
     for_each_number(sample.scene, "",
                     [&](Message&, const FieldDescriptor* field, int, const std::string& path) {
