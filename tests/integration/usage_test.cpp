@@ -154,6 +154,7 @@ TEST(Documentation, HasEveryOptionOfEveryProgram) {
                                                                 : worker               ? "## tessera-worker"
                                                                 : help[1] == "bench"   ? "## bench"
                                                                 : help[1] == "query"   ? "## query"
+                                                                : help[1] == "lens"    ? "## lens"
                                                                 : help[1] == "compare" ? "## compare"
                                                                                        : "## tessera"));
     const std::set<std::string> shared = options_in(section("## tessera"));
