@@ -1,5 +1,6 @@
-// A lens system as the kernels read it. Lengths are in millimetres; the film lies in the plane z = 0, its
-// middle on the axis, and the scene beyond the lens at larger z.
+// What kernels read of a lens beyond its radius: the aperture of a thin one, or all of a lens system. Lengths
+// are in millimetres; the film lies in the plane z = 0, its middle on the axis, and the scene beyond the lens
+// at larger z.
 #pragma once
 
 #include <cstdint>
@@ -39,7 +40,16 @@ struct PupilNode {
   float area_before = 0;  // of the trapezoids up to here
 };
 
+/// The aperture of a thin lens, in units of its radius: a regular polygon, then squeezed along x.
+struct ApertureRecord {
+  float corners = 0;       // 0: a circle
+  float first_corner = 0;  // direction, radians from x towards y
+  float apothem = 1, half_edge = 0;
+  float width = 1;  // what x is multiplied by
+};
+
 struct LensTable {
+  ApertureRecord aperture;                  // thin lenses have no more than this
   std::vector<LensSurfaceRecord> surfaces;  // from the film to the scene
   std::vector<float> coefficients;
   std::vector<float> edges;  // unit vectors to the middles of edges of the stop, x and y
