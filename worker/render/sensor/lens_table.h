@@ -3,7 +3,9 @@
 // at larger z.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 namespace tessera::render {
@@ -47,6 +49,22 @@ struct ApertureRecord {
   float apothem = 1, half_edge = 0;
   float width = 1;  // what x is multiplied by
 };
+
+/// `corners`: 3 or more, or 0 for a circle; `degrees`: direction of the first of them, from x towards y;
+/// `ratio` > 0: height over width.
+inline ApertureRecord aperture_of(std::uint32_t corners, double degrees, double ratio) {
+  ApertureRecord aperture;
+  aperture.width = static_cast<float>(1 / ratio);
+  if (corners == 0) return aperture;
+  const double half_angle = std::numbers::pi / corners;
+  aperture.corners = static_cast<float>(corners);
+  // All corners are alike, so that the least turn to one of them does.
+  aperture.first_corner =
+      static_cast<float>(std::remainder(degrees * (std::numbers::pi / 180), 2 * half_angle));
+  aperture.apothem = static_cast<float>(std::cos(half_angle));
+  aperture.half_edge = static_cast<float>(std::sin(half_angle));
+  return aperture;
+}
 
 struct LensTable {
   ApertureRecord aperture;                  // thin lenses have no more than this

@@ -60,20 +60,6 @@ absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_sid
   return absl::OkStatus();
 }
 
-ApertureRecord aperture_of(const v1::LensAperture& aperture) {
-  ApertureRecord record;
-  if (aperture.has_ratio()) record.width = static_cast<float>(1 / aperture.ratio());
-  if (!aperture.has_blades()) return record;
-  const double half_angle = std::numbers::pi / aperture.blades();
-  record.corners = static_cast<float>(aperture.blades());
-  // All corners are alike, so that the least turn to one of them does.
-  record.first_corner =
-      static_cast<float>(std::remainder(aperture.blade_degrees() * (std::numbers::pi / 180), 2 * half_angle));
-  record.apothem = static_cast<float>(std::cos(half_angle));
-  record.half_edge = static_cast<float>(std::sin(half_angle));
-  return record;
-}
-
 /// `lens`: a message that has a lens_radius, a focal_distance and an aperture.
 template <class CameraKind>
 absl::Status set_lens(const CameraKind& lens, SensorRecord& record) {
@@ -97,7 +83,8 @@ absl::Status set_lens(const CameraKind& lens, SensorRecord& record) {
   if (radius > 0) record.kind = with_lens(record.kind);
   if (radius > 0 && (aperture.has_blades() || aperture.has_ratio())) {
     auto table = std::make_shared<LensTable>();
-    table->aperture = aperture_of(aperture);
+    table->aperture =
+        aperture_of(aperture.blades(), aperture.blade_degrees(), aperture.has_ratio() ? aperture.ratio() : 1);
     record.lens = std::move(table);
   }
   return absl::OkStatus();
