@@ -43,10 +43,21 @@ class Scene(Materials, Shapes, Lights):
         lens_radius: float = 0.0,
         focal_distance: float = 0.0,
         clip: tuple[float, float] = (0.0, 0.0),
+        blades: int = 0,
+        blade_degrees: float = 0.0,
+        aperture_ratio: float = 1.0,
     ) -> None:
         """A perspective camera (`look_at`); `fov` is across the film's shorter side. Camera space has x to
-        the right, y up, and z into the scene."""
+        the right, y up, and z into the scene. The lens is open in a circle of `lens_radius`, or in a polygon of
+        `blades` corners on that circle, the first in the direction of `blade_degrees` from x towards y;
+        `aperture_ratio` is height over width, by which x is then divided."""
         camera = self._camera()
+        camera.perspective.ClearField("aperture")
+        if blades:
+            camera.perspective.aperture.blades = blades
+            camera.perspective.aperture.blade_degrees = blade_degrees
+        if aperture_ratio != 1.0:
+            camera.perspective.aperture.ratio = aperture_ratio
         camera.perspective.fov_degrees = fov
         camera.perspective.lens_radius = lens_radius
         camera.perspective.focal_distance = focal_distance

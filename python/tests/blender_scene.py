@@ -105,6 +105,18 @@ def build() -> None:
     holder.location, holder.rotation_euler = (0, -7, 3.5), (1.15, 0, 0.05)
     scene.collection.objects.link(holder)
     scene.camera = holder
+    if lamps == "bokeh":
+        # A bright point far beyond the focus, which the picture shows as the aperture.
+        for thing in list(bpy.data.objects):
+            if thing is not holder:
+                bpy.data.objects.remove(thing)
+        holder.location, holder.rotation_euler = (0, 0, 0), (1.5708, 0, 0)
+        camera.shift_x = camera.shift_y = 0
+        camera.dof.focus_distance, camera.dof.aperture_fstop = 1, 0.08
+        camera.dof.aperture_blades, camera.dof.aperture_rotation, camera.dof.aperture_ratio = 3, 0.3, 1.5
+        bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=0.4, location=(0, 20, 0))
+        glow = principled("glow", Base_Color=(0, 0, 0, 1), Specular=0.0, Emission=(1, 1, 1, 1), Emission_Strength=500.0)
+        bpy.context.object.data.materials.append(glow)
 
 
 tessera_blender.register()

@@ -83,6 +83,21 @@ class BlenderTest(unittest.TestCase):
             self.assertLess(error.mean(), 0.05, lamps)
             self.assertLess(np.quantile(error, 0.95), 0.12, lamps)
 
+    def test_what_is_out_of_focus_has_the_shape_that_cycles_gives_it(self) -> None:
+        ours, theirs = (
+            self.rendered(engine, "bokeh").sum(axis=-1).reshape(16, 4, 24, 4).mean(axis=(1, 3))
+            for engine in ("tessera", "cycles")
+        )
+
+        def share(other: np.ndarray) -> float:
+            return float(np.minimum(other, theirs).sum() / np.maximum(other, theirs).sum())
+
+        # A block of 4 x 4 pixels has tens of hits, noise of a tenth. A triangle that is turned or mirrored shares
+        # far less.
+        self.assertGreater(share(ours), 0.8)
+        for turned in (ours[:, ::-1], ours[::-1]):
+            self.assertLess(share(turned), 0.7)
+
     def test_a_border_is_what_is_rendered(self) -> None:
         whole, part = self.rendered("tessera", "area"), self.rendered("border", "area")
         # Threads of Blender add normals up in any order, so that two exports differ in rounding.

@@ -27,6 +27,14 @@ class SceneTest(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "look_at"):
             tessera.look_at((0, 0, 0), (0, 1, 0))
 
+    def test_lenses_have_blades(self) -> None:
+        scene = tessera.Scene()
+        scene.camera(np.eye(4), 40, 0.1, 3, blades=5, blade_degrees=20, aperture_ratio=2)
+        aperture = scene.message.camera.perspective.aperture
+        self.assertEqual((aperture.blades, aperture.blade_degrees, aperture.ratio), (5, 20, 2))
+        scene.camera(np.eye(4), 40, 0.1, 3)
+        self.assertFalse(scene.message.camera.perspective.HasField("aperture"))
+
     def test_meshes_that_make_no_sense_are_refused(self) -> None:
         square = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
         for arrays, what in (

@@ -156,15 +156,20 @@ class Exporter:
         window = [(edge + x_shift) / x_scale for edge in (-1, 1)]
         window += [(edge + y_shift) / y_scale for edge in (-1, 1)]
         radius, distance = 0.0, 0.0
+        aperture: dict[str, Any] = {}
         if data.dof.use_dof:
             radius = 1e-3 * data.lens / (2 * data.dof.aperture_fstop)
             distance = data.dof.focus_distance
             if data.dof.focus_object is not None:
                 target = np.array(data.dof.focus_object.matrix_world.translation)
                 distance = float(np.dot(target - place[:3, 3], place[:3, 2]))
-            if data.dof.aperture_blades:
-                self._materials.warn(f"camera {camera.name}: the aperture is round, without blades")
-        self.scene.camera(place, 90.0, radius, max(distance, 0.0), clip)
+            aperture["aperture_ratio"] = data.dof.aperture_ratio
+            blades = data.dof.aperture_blades
+            if blades >= 3:  # Blender's are round with fewer
+                # Blender turns the middle of an edge.
+                turn = float(np.degrees(data.dof.aperture_rotation)) + 180 / blades
+                aperture |= {"blades": blades, "blade_degrees": turn}
+        self.scene.camera(place, 90.0, radius, max(distance, 0.0), clip, **aperture)
         self.scene.message.camera.screen_window[:] = window
 
     def _panorama(self, name: str, data: Any, place: Any, clip: tuple[float, float]) -> None:

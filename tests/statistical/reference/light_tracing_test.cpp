@@ -186,6 +186,11 @@ INSTANTIATE_TEST_SUITE_P(
         camera_case("Orthographic", "orthographic { }", "screen_window: [-1.5, 1.5, -1.5, 1.5]"),
         camera_case("OrthographicLens", "orthographic { lens_radius: 0.5 focal_distance: 4 }",
                     "screen_window: [-1.5, 1.5, -1.5, 1.5]"),
+        camera_case("Blades", R"(perspective { fov_degrees: 45 lens_radius: 0.6 focal_distance: 4
+          aperture { blades: 3 blade_degrees: 40 ratio: 2 } })"),
+        camera_case("OrthographicBlades", R"(orthographic { lens_radius: 0.6 focal_distance: 4
+          aperture { blades: 5 ratio: 0.7 } })",
+                    "screen_window: [-1.5, 1.5, -1.5, 1.5]"),
         camera_case("Clipped", kPerspective, "near_clip: 4.3 far_clip: 5.2"),
         camera_case("OrthographicClipped", "orthographic { lens_radius: 0.5 focal_distance: 4 }",
                     "near_clip: 4.3 far_clip: 5.2"),

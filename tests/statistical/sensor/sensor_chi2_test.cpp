@@ -2,12 +2,19 @@
 // rays.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <memory>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "render/sampling/warp.h"
+#include "render/sensor/lens_table.h"
 #include "render/sensor/sensor.h"
 #include "support/kernel/chi2.h"
 #include "support/kernel/random_lanes.h"
@@ -30,6 +37,19 @@ SensorRecord sensor_of(SensorKind kind, float lens_radius, float scale) {
   c.scale_y = -0.1f, c.offset_y = 1;
   c.lens_radius = lens_radius;
   c.focal_distance = 3;
+  return c;
+}
+
+struct Lens {
+  float radius = 0;
+  std::optional<ApertureRecord> aperture = {};
+};
+SensorRecord sensor_of(SensorKind kind, const Lens& lens, float scale) {
+  SensorRecord c = sensor_of(kind, lens.radius, scale);
+  if (!lens.aperture) return c;
+  auto table = std::make_shared<LensTable>();
+  table->aperture = *lens.aperture;
+  c.lens = std::move(table);
   return c;
 }
 
@@ -97,12 +117,138 @@ TEST(SensorChi2, DirectionsOfAPinhole) {
   EXPECT_GT(test::chi_square_test(observed, expected).p_value, 0.01);
 }
 
+struct Corner {
+  double x, y;
+};
+
+/// What is left of a convex polygon where a x + b y <= c [Sutherland & Hodgman 1974].
+std::vector<Corner> cut(const std::vector<Corner>& polygon, double a, double b, double c) {
+  std::vector<Corner> left;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Corner p = polygon[i], q = polygon[(i + 1) % polygon.size()];
+    const double before = a * p.x + b * p.y - c, after = a * q.x + b * q.y - c;
+    if (before <= 0) left.push_back(p);
+    if ((before < 0) == (after < 0) || before == 0 || after == 0) continue;
+    const double t = before / (before - after);
+    left.push_back({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y)});
+  }
+  return left;
+}
+
+double area_of(const std::vector<Corner>& polygon) {
+  double twice = 0;
+  for (std::size_t i = 0; i < polygon.size(); ++i) {
+    const Corner p = polygon[i], q = polygon[(i + 1) % polygon.size()];
+    twice += p.x * q.y - p.y * q.x;
+  }
+  return twice / 2;
+}
+
+constexpr std::uint32_t kRoundCorners = 20000;  // a circle's area to a part in 10^7
+
+struct ApertureCase {
+  std::uint32_t blades = 0;
+  double degrees = 0, ratio = 1;
+
+  std::vector<Corner> polygon(double radius) const {
+    const std::uint32_t corners = blades > 0 ? blades : kRoundCorners;
+    std::vector<Corner> polygon;
+    for (std::uint32_t i = 0; i < corners; ++i) {
+      const double angle = degrees * std::numbers::pi / 180 + 2 * std::numbers::pi * i / corners;
+      polygon.push_back({radius * std::cos(angle) / ratio, radius * std::sin(angle)});
+    }
+    return polygon;
+  }
+};
+constexpr ApertureCase kApertures[] = {{3, 90, 1},    {4, 10, 1},   {5, 20, 1.7}, {6, -400, 2},
+                                       {7, 123, 0.6}, {64, 1, 1.2}, {0, 0, 2}};
+
+/// The points of the lens that rays leave, against the areas of the polygon that are cut out by a grid.
+TEST(SensorChi2, RaysLeaveTheApertureEvenly) {
+  constexpr int kSamples = 1 << 18, kSeeds = 4, kGrid = 24;
+  constexpr int kTests = 2 * static_cast<int>(std::size(kApertures));
+  for (const SensorKind kind : {SensorKind::kPinhole, SensorKind::kOrthographic}) {
+    for (const ApertureCase& aperture : kApertures) {
+      const SensorRecord c =
+          sensor_of(kind, {0.4f, aperture_of(aperture.blades, aperture.degrees, aperture.ratio)}, 1);
+      const std::vector<Corner> polygon = aperture.polygon(0.4);
+      const double side = 0.4 * std::max(1.0, 1 / aperture.ratio), cell = 2 * side / kGrid;
+      std::vector<double> expected(kGrid * kGrid);
+      for (int i = 0; i < kGrid * kGrid; ++i) {
+        const double x = -side + i % kGrid * cell, y = -side + i / kGrid * cell;
+        const auto part = cut(cut(cut(cut(polygon, -1, 0, -x), 1, 0, x + cell), 0, -1, -y), 0, 1, y + cell);
+        expected[static_cast<std::size_t>(i)] = kSamples * area_of(part) / area_of(polygon);
+      }
+      double log_of_all = 0;
+      for (int seed = 0; seed < kSeeds; ++seed) {
+        std::vector<double> observed(kGrid * kGrid);
+        RandomLanes numbers(static_cast<std::uint64_t>(seed));
+        for (int i = 0; i < kSamples; i += kWidth) {
+          // The middle of the film, where parallel rays leave the lens around the origin too.
+          const SensorRay ray = start_ray(
+              c, {{Float(kWidthPixels / 2), Float(kHeightPixels / 2)}, {numbers(), numbers()}, Float(0.0f)});
+          for (int l = 0; l < kWidth; ++l) {
+            const int column = static_cast<int>(std::floor((ray.origin.y.lane(l) + side) / cell)),
+                      row = static_cast<int>(std::floor((ray.origin.z.lane(l) + side) / cell));
+            ++observed[static_cast<std::size_t>(std::clamp(row, 0, kGrid - 1) * kGrid +
+                                                std::clamp(column, 0, kGrid - 1))];
+          }
+        }
+        log_of_all += std::log(std::max(test::chi_square_test(observed, expected).p_value, 1e-300));
+      }
+      // All seeds together [Fisher 1925].
+      EXPECT_GT(test::regularized_gamma_q(kSeeds, -log_of_all), test::sidak_level(0.01, kTests))
+          << static_cast<int>(kind) << ", " << aperture.blades << " blades";
+    }
+  }
+}
+
+/// Close samples leave close points, so that strata stay in one piece; and corners and middles of edges are
+/// reached but not passed.
+TEST(SensorAperture, IsReachedInOnePiece) {
+  constexpr float kStep = 1e-3f;
+  for (const ApertureCase& aperture : kApertures) {
+    const SensorRecord c = sensor_of(SensorKind::kPinhole,
+                                     {1, aperture_of(aperture.blades, aperture.degrees, aperture.ratio)}, 1);
+    const std::vector<Corner> polygon = aperture.polygon(1);
+    RandomLanes numbers(3);
+    std::vector<double> nearest(polygon.size(), 1e9);
+    double farthest = 0, beyond = 0;
+    for (int i = 0; i < (1 << 16); i += kWidth) {
+      const Vec2 middle{Float(kWidthPixels / 2), Float(kHeightPixels / 2)};
+      const Vec2 u{numbers(0, 1 - kStep), numbers(0, 1 - kStep)};
+      const Vec3 a = start_ray(c, {middle, u, Float(0.0f)}).origin,
+                 b = start_ray(c, {middle, {u.x + kStep, u.y + kStep}, Float(0.0f)}).origin;
+      for (int l = 0; l < kWidth; ++l) {
+        farthest = std::max(farthest, double{length(b - a).lane(l)});
+        const double x = a.y.lane(l), y = a.z.lane(l);
+        if (aperture.blades == 0) {
+          beyond = std::max(beyond, std::hypot(x * aperture.ratio, y) - 1);
+          continue;
+        }
+        for (std::size_t k = 0; k < polygon.size(); ++k) {
+          const Corner p = polygon[k], q = polygon[(k + 1) % polygon.size()];
+          const double edge = std::hypot(q.x - p.x, q.y - p.y);
+          beyond = std::max(beyond, ((x - p.x) * (q.y - p.y) - (y - p.y) * (q.x - p.x)) / edge);
+          nearest[k] = std::min(nearest[k], std::hypot(x - p.x, y - p.y));
+        }
+      }
+    }
+    // The map of the disk spreads lengths up to pi / sqrt(2) times along each side, that of sectors less.
+    EXPECT_LT(farthest, 10 * kStep * std::max(1.0, 1 / aperture.ratio)) << aperture.blades;
+    EXPECT_LT(beyond, 2e-6) << aperture.blades;
+    for (std::size_t k = 0; aperture.blades > 0 && k < polygon.size(); ++k)
+      EXPECT_LT(nearest[k], 0.05) << aperture.blades << ", corner " << k;
+  }
+}
+
 /// Every pixel's importance over any surface in its view integrates to 1, over lens and surface: radiance 1
 /// gives a pixel of value 1. A plane askew, sampled evenly; and no light lands where the film is not.
 TEST(SensorChi2, ImportanceOfEveryPixelIntegratesToOne) {
   constexpr int kSamples = 1 << 21;
+  const Lens lenses[] = {{}, {0.4f}, {0.4f, aperture_of(5, 20, 1.7)}};
   for (const SensorKind kind : {SensorKind::kPinhole, SensorKind::kOrthographic}) {
-    for (const float lens : {0.0f, 0.4f}) {
+    for (const Lens& lens : lenses) {
       for (const float scale : {1.0f, 2.5f}) {
         const SensorRecord c = sensor_of(kind, lens, scale);
         // Depth 5 + 0.15 right - 0.1 up, in camera space; the square of sides 36 (or 8) about the axis holds
@@ -138,7 +284,8 @@ TEST(SensorChi2, ImportanceOfEveryPixelIntegratesToOne) {
           chi2 += (mean - 1) * (mean - 1) / variance;
           all += mean / 800;
         }
-        EXPECT_NEAR(chi2, 800, 200) << static_cast<int>(kind) << ", lens " << lens << ", scale " << scale;
+        EXPECT_NEAR(chi2, 800, 200) << static_cast<int>(kind) << ", lens " << &lens - lenses << ", scale "
+                                    << scale;
         EXPECT_NEAR(all, 1, 5e-3);
       }
     }

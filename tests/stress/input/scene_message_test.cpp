@@ -143,6 +143,7 @@ class SceneMessage : public testing::Test {
     v1::OrthographicCamera& orthographic = *samples_[1].scene.mutable_camera()->mutable_orthographic();
     orthographic.set_lens_radius(0.01f);
     orthographic.set_focal_distance(5);
+    *orthographic.mutable_aperture() = samples_[0].scene.camera().perspective().aperture();
     v1::FisheyeCamera& fisheye = *samples_[2].scene.mutable_camera()->mutable_fisheye();
     fisheye.set_fov_degrees(180);
     fisheye.set_circle_degrees(170);

@@ -1,8 +1,11 @@
-// A lens system as the kernels read it. Lengths are in millimetres; the film lies in the plane z = 0, its
-// middle on the axis, and the scene beyond the lens at larger z.
+// What kernels read of a lens beyond its radius: the aperture of a thin one, or all of a lens system. Lengths
+// are in millimetres; the film lies in the plane z = 0, its middle on the axis, and the scene beyond the lens
+// at larger z.
 #pragma once
 
+#include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 namespace tessera::render {
@@ -39,7 +42,32 @@ struct PupilNode {
   float area_before = 0;  // of the trapezoids up to here
 };
 
+/// The aperture of a thin lens, in units of its radius: a regular polygon, then squeezed along x.
+struct ApertureRecord {
+  float corners = 0;       // 0: a circle
+  float first_corner = 0;  // direction, radians from x towards y
+  float apothem = 1, half_edge = 0;
+  float width = 1;  // what x is multiplied by
+};
+
+/// `corners`: 3 or more, or 0 for a circle; `degrees`: direction of the first of them, from x towards y;
+/// `ratio` > 0: height over width.
+inline ApertureRecord aperture_of(std::uint32_t corners, double degrees, double ratio) {
+  ApertureRecord aperture;
+  aperture.width = static_cast<float>(1 / ratio);
+  if (corners == 0) return aperture;
+  const double half_angle = std::numbers::pi / corners;
+  aperture.corners = static_cast<float>(corners);
+  // All corners are alike, so that the least turn to one of them does.
+  aperture.first_corner =
+      static_cast<float>(std::remainder(degrees * (std::numbers::pi / 180), 2 * half_angle));
+  aperture.apothem = static_cast<float>(std::cos(half_angle));
+  aperture.half_edge = static_cast<float>(std::sin(half_angle));
+  return aperture;
+}
+
 struct LensTable {
+  ApertureRecord aperture;                  // thin lenses have no more than this
   std::vector<LensSurfaceRecord> surfaces;  // from the film to the scene
   std::vector<float> coefficients;
   std::vector<float> edges;  // unit vectors to the middles of edges of the stop, x and y

@@ -92,7 +92,7 @@ struct SensorRecord {
   float lens_radius = 0;
   float focal_distance = 1;
   float circle_angle = std::numbers::pi_v<float>;  // fisheyes see no farther from the axis, radians
-  std::shared_ptr<const LensTable> lens;           // kLensSystem only
+  std::shared_ptr<const LensTable> lens;           // kLensSystem, and thin lenses whose aperture is not round
   // Jobs of wavelengths only: where a ray goes depends on its wavelength.
   bool disperses = false;
   // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/scene/view/sensor.h"
 #include "render/scene/view/view.h"
+#include "render/sensor/lens_table.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {
@@ -59,6 +60,39 @@ TEST(BuildSensor, StandsRelativeToRenderSpaceAndSpansItsFieldOfView) {
   EXPECT_EQ(camera->kind, SensorKind::kThinLens);
   EXPECT_EQ(camera->lens_radius, 0.5f);
   EXPECT_TRUE(camera->steps.empty());
+}
+
+TEST(BuildSensor, LensesHaveTheirAperture) {
+  for (const std::string camera : {"perspective { fov_degrees: 90 ", "orthographic { "}) {
+    const std::string lens = camera + "lens_radius: 0.5 focal_distance: 3 ";
+    const auto round = sensor_of(lens + "aperture { } }");
+    const auto bladed = sensor_of(lens + "aperture { blades: 6 blade_degrees: 70 ratio: 2 } }");
+    const auto pinhole = sensor_of(camera + "aperture { blades: 6 } }");
+    ASSERT_TRUE(round.ok() && bladed.ok() && pinhole.ok()) << bladed.status();
+    EXPECT_EQ(round->lens, nullptr);
+    EXPECT_EQ(pinhole->lens, nullptr);
+    EXPECT_EQ(bladed->kind, round->kind);
+    ASSERT_NE(bladed->lens, nullptr);
+    const ApertureRecord& aperture = bladed->lens->aperture;
+    EXPECT_EQ(aperture.corners, 6);
+    EXPECT_FLOAT_EQ(aperture.first_corner, std::numbers::pi_v<float> / 18);  // 60 degrees less
+    EXPECT_FLOAT_EQ(aperture.apothem, 0.8660254f);
+    EXPECT_FLOAT_EQ(aperture.half_edge, 0.5f);
+    EXPECT_EQ(aperture.width, 0.5f);
+    for (const char* blades : {"0", "1", "2", "65", "4294967295"}) {
+      EXPECT_THAT(refusal(lens + "aperture { blades: " + blades + " } }"),
+                  HasSubstr(absl::StrCat("camera: an aperture has 3 to 64 blades, not ", blades)));
+    }
+    for (const char* ratio : {"0", "-1", "nan", "inf", "1e-9"})
+      EXPECT_THAT(refusal(lens + "aperture { ratio: " + ratio + " } }"),
+                  HasSubstr("ratio is from 0.001 to 1000"));
+    // All at once.
+    EXPECT_EQ(
+        refusal(camera + "lens_radius: -1 aperture { blades: 2 blade_degrees: inf ratio: 0 } }"),
+        "camera: a lens needs a finite radius and a focal distance above 0; an aperture has 3 to 64 "
+        "blades, not 2; an aperture's blades are not turned by inf degrees; an aperture's ratio is from "
+        "0.001 to 1000, not 0");
+  }
 }
 
 TEST(BuildSensor, FisheyesSpanTheirFieldByTheirMapping) {

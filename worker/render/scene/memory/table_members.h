@@ -60,9 +60,9 @@ TESSERA_MEMBERS(LightTable, lights, environments, infinite_lights, selection, tr
 TESSERA_MEMBERS(SensitivityTable, quantiles, light, matter, from_nm, to_nm, bands, first_band_nm,
                 bands_per_nm)
 TESSERA_MEMBERS(Response, exposure, sensitivity)
-TESSERA_MEMBERS(LensTable, surfaces, coefficients, edges, ratios, wavelengths, first_nm, wavelengths_per_nm,
-                film_distance, units_per_mm, pupil_z, rings, cells_x, cells_y, cells_per_mm_x, cells_per_mm_y,
-                first_x, first_y, pupil, weight)
+TESSERA_MEMBERS(LensTable, aperture, surfaces, coefficients, edges, ratios, wavelengths, first_nm,
+                wavelengths_per_nm, film_distance, units_per_mm, pupil_z, rings, cells_x, cells_y,
+                cells_per_mm_x, cells_per_mm_y, first_x, first_y, pupil, weight)
 TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, scale_x, scale_y, offset_x, offset_y,
                 circle_angle, lens_radius, focal_distance, lens, disperses, near_clip, far_clip, width,
                 height, medium, response)

@@ -2,13 +2,19 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <numbers>
 #include <optional>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "render/scene/placement/motion.h"
 #include "render/scene/values/located.h"
 #include "render/scene/view/lens.h"
+#include "render/sensor/lens_table.h"
 #include "wire/lens_message.h"
 
 namespace tessera::render {
@@ -54,13 +60,32 @@ absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_sid
   return absl::OkStatus();
 }
 
-absl::Status set_lens(float radius, float focal_distance, SensorRecord& record) {
+/// `lens`: a message that has a lens_radius, a focal_distance and an aperture.
+template <class CameraKind>
+absl::Status set_lens(const CameraKind& lens, SensorRecord& record) {
+  const float radius = lens.lens_radius(), focal_distance = lens.focal_distance();
+  const v1::LensAperture& aperture = lens.aperture();
+  std::vector<std::string> faults;
+  if (!(radius >= 0) || !std::isfinite(radius) ||
+      (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance))))
+    faults.emplace_back("a lens needs a finite radius and a focal distance above 0");
+  if (aperture.has_blades() && !(aperture.blades() >= 3 && aperture.blades() <= 64))
+    faults.push_back(absl::StrCat("an aperture has 3 to 64 blades, not ", aperture.blades()));
+  if (!std::isfinite(aperture.blade_degrees()))
+    faults.push_back(
+        absl::StrCat("an aperture's blades are not turned by ", aperture.blade_degrees(), " degrees"));
+  if (aperture.has_ratio() && !(aperture.ratio() >= 1e-3 && aperture.ratio() <= 1e3))
+    faults.push_back(absl::StrCat("an aperture's ratio is from 0.001 to 1000, not ", aperture.ratio()));
+  if (!faults.empty())
+    return absl::InvalidArgumentError(absl::StrCat("camera: ", absl::StrJoin(faults, "; ")));
   record.lens_radius = radius;
   record.focal_distance = focal_distance;
   if (radius > 0) record.kind = with_lens(record.kind);
-  if (!(radius >= 0) || !std::isfinite(radius) ||
-      (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance)))) {
-    return absl::InvalidArgumentError("camera: a lens needs a finite radius and a focal distance above 0");
+  if (radius > 0 && (aperture.has_blades() || aperture.has_ratio())) {
+    auto table = std::make_shared<LensTable>();
+    table->aperture =
+        aperture_of(aperture.blades(), aperture.blade_degrees(), aperture.has_ratio() ? aperture.ratio() : 1);
+    record.lens = std::move(table);
   }
   return absl::OkStatus();
 }
@@ -171,12 +196,12 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
       }
       const double half_side = std::tan(fov * std::numbers::pi / 360);
       if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
-      return set_lens(camera.perspective().lens_radius(), camera.perspective().focal_distance(), record);
+      return set_lens(camera.perspective(), record);
     }
     case v1::Camera::kOrthographic:
       record.kind = SensorKind::kOrthographic;
       if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
-      return set_lens(camera.orthographic().lens_radius(), camera.orthographic().focal_distance(), record);
+      return set_lens(camera.orthographic(), record);
     case v1::Camera::kLens:
       return set_lens_system(camera, film, spectral, record);
     case v1::Camera::kFisheye:

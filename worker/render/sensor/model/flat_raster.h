@@ -4,17 +4,11 @@
 #include <algorithm>
 #include <cmath>
 
-#include "render/sampling/warp.h"
 #include "render/sensor/sensor.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 inline Vec3 sensor_origin() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
-
-inline Vec3 point_of_lens(const SensorRecord& sensor, Vec2 u_lens) {
-  const Vec2 disk = square_to_disk(u_lens);
-  return {disk.x * sensor.lens_radius, disk.y * sensor.lens_radius, Float(0.0f)};
-}
 
 /// The area that a pixel has in the plane of the raster.
 inline float pixel_area(const SensorRecord& sensor) { return std::abs(sensor.scale_x * sensor.scale_y); }

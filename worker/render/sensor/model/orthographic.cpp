@@ -1,6 +1,7 @@
 // Parallel rays; with a lens, those through one point of it are, and all rays of one place of the raster meet
 // on the plane of focus.
 #include "render/core/affine.h"
+#include "render/sensor/model/aperture.h"
 #include "render/sensor/model/flat_raster.h"
 
 namespace tessera::render::TESSERA_ISA {

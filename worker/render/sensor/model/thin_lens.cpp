@@ -1,5 +1,6 @@
 // A thin lens [Kolb, Mitchell & Hanrahan 1995]: all rays of one place of the raster meet on the plane of
 // focus.
+#include "render/sensor/model/aperture.h"
 #include "render/sensor/model/flat_raster.h"
 
 namespace tessera::render::TESSERA_ISA {
