@@ -54,8 +54,7 @@ std::vector<WavelengthQuantile> quantiles_of(const SensorResponse& sensor, const
   if (bands.count > 0) nodes.insert(nodes.end(), {bands.from_nm, bands.to_nm});
   for (double nm = std::ceil(from); nm < to; ++nm) nodes.push_back(nm);
   std::ranges::sort(nodes);
-  const auto repeated = std::ranges::unique(nodes);
-  nodes.erase(repeated.begin(), repeated.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
   const auto is_in = [](double nm, double begin, double end) { return nm > begin && nm < end; };
   const auto seen_at = [&](double nm) {
     if (!is_in(nm, sensor.from_nm, sensor.to_nm)) return 0.0;
