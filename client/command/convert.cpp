@@ -93,6 +93,12 @@ int convert_image(const ConvertOptions& options) {
 }
 
 int convert_scene(const ConvertOptions& options) {
+  if (options.view != ViewOptions() || !options.layers.empty() || !options.sensor.empty() ||
+      !options.white_balance.empty() || !options.rgb_space.empty()) {
+    return report(kUsage, options.input +
+                              " is a scene; --exposure, --view, --dither, OpenColorIO, --sensor, "
+                              "--white-balance, --rgb-space and --layers are for an .exr");
+  }
   const absl::StatusOr<ImportedScene> scene =
       import_scene(options.input, {.threads = 0, .defines = {}, .gltf = options.gltf});
   if (!scene.ok()) return report(kBadScene, std::string{scene.status().message()});

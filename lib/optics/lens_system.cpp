@@ -197,6 +197,13 @@ bool LensSystem::set_stop(std::vector<Fault>& faults) {
                                      " mm is larger than its element: the stop has ", most, " mm"));
     return false;
   }
+  if (!(wanted >= kLeastDiameter)) {
+    fault(faults, use_.f_number > 0
+                      ? absl::StrCat("f/", use_.f_number, " would need a stop of ", wanted, " mm; ",
+                                     kLeastDiameter, " mm is the least")
+                      : absl::StrCat("a stop of ", wanted, " mm; ", kLeastDiameter, " mm is the least"));
+    return false;
+  }
   stop.diameter = std::min(wanted, most);
   use_.stop_diameter = stop.diameter;
   use_.f_number = paraxial_.focal_length() / (stop.diameter * pupil);
@@ -265,6 +272,8 @@ bool LensSystem::refine_focus(std::vector<Fault>& faults) {
 bool LensSystem::check_light(std::vector<Fault>& faults) const {
   std::vector<int> ended(elements_.size());
   const Element& last = elements_.back();
+  // A small stop lets nothing but rays close to the axis through.
+  if (end_of({{0, 0, 0}, {0, 0, 1}}, kLineD) == elements_.size()) return true;
   constexpr int kRings = 64, kTurns = 16;
   for (int i = 0; i < kRings * kTurns; ++i) {
     const double r = last.surface.diameter / 2 * (i / kTurns + 0.5) / kRings,
@@ -300,6 +309,8 @@ std::optional<LensSystem> LensSystem::focus(const Prescription& lens, const Lens
 
   LensSystem system;
   system.lens_ = lens, system.use_ = use;
+  constexpr double kAsGoodAsInfinite = 1e12;  // differences of such distances lose their digits
+  if (use.focus > kAsGoodAsInfinite) system.use_.focus = HUGE_VAL;
   for (std::size_t i = 0; i < lens.surfaces.size(); ++i) {
     const Surface& surface = lens.surfaces[i];
     system.elements_.push_back({surface, 0, surface.radius != 0 ? -1 / surface.radius : 0});

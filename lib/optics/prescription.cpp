@@ -12,6 +12,9 @@ namespace {
 /// Surfaces of cemented or touching glass are published with their last digit rounded.
 constexpr double kTouching = 0.02;
 constexpr double kLeastIndex = 1, kMostIndex = 4.5;  // germanium's is 4
+constexpr double kMostDiameter = 1e5;
+// Every ray meets every surface: more of them are a file that is no lens, and would take for ever.
+constexpr std::size_t kMostSurfaces = 256, kMostCoefficients = 16;
 
 bool is_number(const Surface& s) {
   const bool finite = std::isfinite(s.radius) && std::isfinite(s.thickness) && std::isfinite(s.diameter) &&
@@ -26,6 +29,10 @@ class Check {
 
   std::vector<Fault> run() {
     if (lens_.surfaces.empty()) return {{0, 0, "a lens without surfaces"}};
+    if (lens_.surfaces.size() > kMostSurfaces)
+      return {
+          {lens_.surfaces[kMostSurfaces].line, 0,
+           absl::StrCat("a lens of ", lens_.surfaces.size(), " surfaces; ", kMostSurfaces, " are possible")}};
     for (std::size_t i = 0; i < lens_.surfaces.size(); ++i) check_surface(i);
     check_stops();
     if (!faults_.empty()) return std::move(faults_);
@@ -42,7 +49,12 @@ class Check {
   void check_surface(std::size_t i) {
     const Surface& s = lens_.surfaces[i];
     if (!is_number(s)) return add(i, "its numbers are not finite");
-    if (!(s.diameter > 0)) add(i, "an aperture of ", s.diameter, " mm is not above 0");
+    if (!(s.diameter > 0)) return add(i, "an aperture of ", s.diameter, " mm is not above 0");
+    if (s.diameter < kLeastDiameter || s.diameter > kMostDiameter)
+      return add(i, "an aperture of ", s.diameter, " mm is none of a lens, which has ", kLeastDiameter,
+                 " to ", kMostDiameter, " mm");
+    if (s.aspheric.size() > kMostCoefficients)
+      return add(i, s.aspheric.size(), " aspheric coefficients; ", kMostCoefficients, " are possible");
     if (s.thickness < 0)
       add(i, "a thickness of ", s.thickness, " mm: the next surface would lie before this one");
     for (const double nm : {kLineD, 400.0, 700.0}) {
@@ -55,7 +67,7 @@ class Check {
                        s.coating->thickness_nm >= 0 && s.coating->thickness_nm <= 1e4))
       add(i, "a coating of index ", s.coating->index, " and ", s.coating->thickness_nm,
           " nm; an index from 1 and less than 10000 nm are possible");
-    if (s.diameter > 0 && !sag(s, s.diameter / 2))
+    if (!sag(s, s.diameter / 2))
       add(i, "an aperture of ", s.diameter, " mm is larger than its element: a radius of curvature of ",
           s.radius, " mm ends at ", 2 * end_of(s), " mm");
   }

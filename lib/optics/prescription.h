@@ -41,6 +41,9 @@ struct Surface {
   int line = 0;  // of the file that it was read from; 0: none
 };
 
+/// The least aperture that a surface or a stop may have, in mm.
+inline constexpr double kLeastDiameter = 1e-3;
+
 struct Prescription {
   std::string name, source;
   std::vector<Surface> surfaces;
@@ -58,7 +61,8 @@ struct Fault {
 std::optional<double> sag(const Surface& surface, double distance);
 
 /// What keeps it from being built as glass: no stop, or two; surfaces that are not numbers, cross each other
-/// or come in the wrong order; apertures that their surface is too curved for; indices of no glass. Empty
+/// or come in the wrong order; apertures that their surface is too curved for; indices of no glass; more than
+/// 256 surfaces. Empty
 /// where it is sound.
 std::vector<Fault> faults_of(const Prescription& lens);
 

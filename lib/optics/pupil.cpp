@@ -40,8 +40,27 @@ Disk last_aperture(const LensSystem& lens, Point film, double plane) {
           kSpare * (radius * std::max(part, rim_part) + farthest * std::abs(rim_part - part))};
 }
 
+/// The point through which a ray goes to the middle of the stop, by Newton's method from another one: where
+/// small stops are open.
+std::optional<Point> aim_at_stop(const LensSystem& lens, Point film, Point at, double nm, double plane) {
+  const double step = 1e-5 * plane;
+  for (int i = 0; i < 12; ++i) {
+    const auto here = lens.at_stop(ray_to(film, at, plane), nm),
+               right = lens.at_stop(ray_to(film, {at.x + step, at.y}, plane), nm),
+               above = lens.at_stop(ray_to(film, {at.x, at.y + step}, plane), nm);
+    if (!here || !right || !above) return std::nullopt;
+    const double xx = (right->x - here->x) / step, yx = (right->y - here->y) / step,
+                 xy = (above->x - here->x) / step, yy = (above->y - here->y) / step;
+    const double determinant = xx * yy - xy * yx;
+    if (determinant == 0) return std::nullopt;
+    at.x -= (yy * here->x - xy * here->y) / determinant;
+    at.y -= (xx * here->y - yx * here->x) / determinant;
+  }
+  return at;
+}
+
 /// A point in the open part, as near to its middle as a grid tells.
-std::optional<Point> find_open(const LensSystem& lens, Point film, double nm, double plane) {
+std::optional<Point> find_open(const LensSystem& lens, Point film, Point near, double nm, double plane) {
   const Disk disk = last_aperture(lens, film, plane);
   for (const int steps : {24, 120}) {
     Point sum;
@@ -54,7 +73,11 @@ std::optional<Point> find_open(const LensSystem& lens, Point film, double nm, do
       sum.x += at.x, sum.y += at.y, ++open;
       found.push_back(at);
     }
-    if (open == 0) continue;
+    if (open == 0) {
+      const auto aimed = aim_at_stop(lens, film, near, nm, plane);
+      if (aimed && is_open(lens, film, *aimed, plane, nm)) return aimed;
+      continue;
+    }
     const Point middle{sum.x / open, sum.y / open};
     return *std::min_element(found.begin(), found.end(), [&](Point a, Point b) {
       return std::hypot(a.x - middle.x, a.y - middle.y) < std::hypot(b.x - middle.x, b.y - middle.y);
@@ -67,7 +90,9 @@ std::optional<Point> find_open(const LensSystem& lens, Point film, double nm, do
 double edge_from(const LensSystem& lens, Point film, Point open, double turn, double most, double nm,
                  double plane, int halvings = kHalvings) {
   double inside = 0, outside = most;
-  for (int i = 0; i < halvings; ++i) {
+  // Small pupils, of small stops, are found to a hundredth of their size.
+  const auto is_coarse = [&] { return outside - inside > 0.01 * outside && outside > 1e-9 * most; };
+  for (int i = 0; i < halvings || is_coarse(); ++i) {
     const double middle = (inside + outside) / 2;
     const Point at{open.x + middle * std::cos(turn), open.y + middle * std::sin(turn)};
     (is_open(lens, film, at, plane, nm) ? inside : outside) = middle;
@@ -171,7 +196,7 @@ double pupil_plane(const LensSystem& lens) {
 std::vector<Point> pupil_outline(const LensSystem& lens, Point film, double nm, Point near) {
   const double plane = pupil_plane(lens);
   if (!is_open(lens, film, near, plane, nm)) {
-    const auto open = find_open(lens, film, nm, plane);
+    const auto open = find_open(lens, film, near, nm, plane);
     if (!open) return {};
     near = *open;
   }

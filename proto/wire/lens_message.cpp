@@ -91,8 +91,12 @@ std::optional<optics::LensSystem> lens_system_of(const v1::LensCamera& camera,
   const std::size_t before = faults.size();
   const auto is_size = [](double x) { return x >= 0 && std::isfinite(x); };
   const optics::Prescription lens = prescription_of(camera.lens(), faults);
-  if (!is_size(camera.film_diagonal_mm()))
-    faults.push_back({0, 0, absl::StrCat("a film of ", camera.film_diagonal_mm(), " mm is none")});
+  constexpr double kLeastFilmMm = 1e-3, kMostFilmMm = 1e5;
+  const double film = film_diagonal_mm(camera);
+  if (!is_size(camera.film_diagonal_mm()) || film < kLeastFilmMm || film > kMostFilmMm)
+    faults.push_back({0, 0,
+                      absl::StrCat("a film of ", camera.film_diagonal_mm(), " mm is none; ", kLeastFilmMm,
+                                   " to ", kMostFilmMm, " mm are possible")});
   if (!is_size(camera.units_per_mm()))
     faults.push_back(
         {0, 0, absl::StrCat("a millimetre is not ", camera.units_per_mm(), " units of the scene")});

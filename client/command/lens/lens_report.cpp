@@ -78,8 +78,8 @@ std::string text_of(const LensReport& report, std::size_t width) {
   Table facts({{""}, {""}});
   const auto add = [&](const char* what, const std::string& text) { facts.add({what, text}); };
   const auto mm = [](double x) { return absl::StrFormat("%.4g mm", x); };
-  add("lens", report.name);
-  add("source", report.source);
+  if (!report.name.empty()) add("lens", report.name);
+  if (!report.source.empty()) add("source", report.source);
   add("focal length", mm(report.focal_length));
   add("aperture", absl::StrFormat("f/%.3g, T%.3g", report.f_number, report.t_number));
   add("focus", absl::StrFormat("%s; the film %.4g mm behind the last surface", distance_text(report.focus),

@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
+#include "base/nearest_name.h"
 #include "image/view/ocio_view.h"
 
 namespace tessera::client {
@@ -106,9 +107,9 @@ absl::StatusOr<std::unique_ptr<DisplayView>> make_display_view(const ViewOptions
   const std::vector<std::string>& views = builtin_views();
   const auto view = std::ranges::find(views, options.name.empty() ? views.front() : options.name);
   if (view == views.end()) {
-    return absl::InvalidArgumentError(absl::StrCat("there is no view \"", options.name, "\" but ",
-                                                   absl::StrJoin(views, ", "),
-                                                   " without a configuration of OpenColorIO"));
+    return absl::InvalidArgumentError(
+        absl::StrCat("there is no view \"", options.name, "\" but ", absl::StrJoin(views, ", "),
+                     " without a configuration of OpenColorIO", base::did_you_mean(options.name, views)));
   }
   return std::make_unique<ColorFunctionView>(kFunctions[view - views.begin()]);
 }

@@ -32,6 +32,17 @@ std::vector<Word> words_of(std::string_view line) {
 
 }  // namespace
 
+std::string plain_text(std::string_view bytes) {
+  const bool little = bytes.starts_with("\xff\xfe"), big = bytes.starts_with("\xfe\xff");
+  if (!little && !big) return std::string(bytes.starts_with("\xef\xbb\xbf") ? bytes.substr(3) : bytes);
+  std::string text;
+  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
+    const char low = bytes[little ? i : i + 1], high = bytes[little ? i + 1 : i];
+    text += high == 0 ? low : '?';
+  }
+  return text;
+}
+
 std::vector<TextLine> lines_of(std::string_view text, char comment) {
   std::vector<TextLine> lines;
   int number = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,6 +17,10 @@ struct TextLine {
   int number = 1;
   bool indented = false;
 };
+
+/// UTF-8 without its mark, and UTF-16 of either order, as their ASCII part with "?" for the rest; other text
+/// as it is. Half a character at the end is left out.
+std::string plain_text(std::string_view bytes);
 
 /// All lines that have words, in order; from `comment` on (0: never) a line has none. Quoted words may have
 /// blanks, and lose their quotes. The text must outlive them.

@@ -7,7 +7,9 @@
 
 namespace tessera::optics {
 
-Prescription read_pbrt_lens(std::string_view text, std::vector<Fault>& faults) {
+Prescription read_pbrt_lens(std::string_view bytes, std::vector<Fault>& faults) {
+  const std::string plain = plain_text(bytes);
+  const std::string_view text = plain;
   Prescription lens;
   // The first comment mostly is its name.
   if (text.starts_with('#')) {

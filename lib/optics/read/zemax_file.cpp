@@ -13,18 +13,6 @@ namespace tessera::optics {
 
 namespace {
 
-/// UTF-16 of either order as its ASCII part; anything else as it is.
-std::string plain_text(std::string_view bytes) {
-  const bool little = bytes.starts_with("\xff\xfe"), big = bytes.starts_with("\xfe\xff");
-  if (!little && !big) return std::string(bytes.starts_with("\xef\xbb\xbf") ? bytes.substr(3) : bytes);
-  std::string text;
-  for (std::size_t i = 2; i + 1 < bytes.size(); i += 2) {
-    const char low = bytes[little ? i : i + 1], high = bytes[little ? i + 1 : i];
-    text += high == 0 ? low : '?';
-  }
-  return text;
-}
-
 /// Operands that say nothing about where rays go: what is drawn, optimised, tolerated or listed.
 constexpr std::string_view kChangesLight[] = {"COATING", "OBSC", "CLAP", "FLAP", "ELAP", "SQAP", "SQOB",
                                               "UDAP",    "UDOB", "GRIN", "XDAT", "TILT", "PPIC", "MNUM"};

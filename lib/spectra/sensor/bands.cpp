@@ -20,10 +20,11 @@ constexpr std::string_view kRadiance = "S0.", kUnit = "nm";
 absl::StatusOr<Bands> parse_film(const std::string& text) {
   if (text == "rgb") return Bands{};
   const std::vector<std::string> parts = absl::StrSplit(text, ':');
-  if (parts[0] != kSpectral || parts.size() < 2 || parts.size() > 3) {
-    return absl::InvalidArgumentError(absl::StrCat("expected rgb, spectral:N or spectral:N:FROM-TO, not '",
-                                                   text, "'",
-                                                   base::did_you_mean(parts[0], {"rgb", kSpectral})));
+  const bool spectral = parts[0] == kSpectral;
+  if (!spectral || parts.size() < 2 || parts.size() > 3) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("expected rgb, spectral:N or spectral:N:FROM-TO, not '", text, "'",
+                     spectral ? "" : base::did_you_mean(parts[0], {"rgb", kSpectral})));
   }
   Bands bands;
   const char* const last = parts[1].data() + parts[1].size();

@@ -85,7 +85,8 @@ TEST(DisplayView, TakesWhatIsNoColour) {
 
 TEST(DisplayView, SaysWhichViewsThereAre) {
   EXPECT_THAT(std::string(make_display_view({.name = "agxx"}).status().message()),
-              HasSubstr("there is no view \"agxx\" but srgb, filmic, aces, agx"));
+              testing::AllOf(HasSubstr("there is no view \"agxx\" but srgb, filmic, aces, agx"),
+                             HasSubstr("did you mean 'agx'?")));
 }
 
 class OcioView : public testing::Test {

@@ -25,6 +25,14 @@ TEST(PbrtLensFile, HasALineForEachSurface) {
   EXPECT_EQ(lens.surfaces[2].line, 6);
 }
 
+TEST(PbrtLensFile, MayBeginWithAMark) {
+  std::vector<Fault> faults;
+  const Prescription lens = read_pbrt_lens("\xef\xbb\xbf# A singlet\r\n0 1 0 10\r\n60 7 1.52 10\r\n", faults);
+  EXPECT_TRUE(faults.empty());
+  EXPECT_EQ(lens.name, "A singlet");
+  EXPECT_EQ(lens.surfaces.size(), 2u);
+}
+
 TEST(PbrtLensFile, FaultsHaveLineAndColumn) {
   std::vector<Fault> faults;
   read_pbrt_lens("60 7 1.52\n60 seven 1.52 x\n", faults);
@@ -81,6 +89,8 @@ TEST(ZemaxFile, MayBeOfTwoBytesALetter) {
   for (const char* c = kZemax; *c != 0; ++c) wide += {*c, '\0'};
   std::vector<Fault> faults;
   EXPECT_EQ(read_zemax_lens(wide, faults).lens.surfaces.size(), 2u);
+  // Cut off within the last one.
+  EXPECT_EQ(read_zemax_lens(wide.substr(0, wide.size() - 1), faults).lens.surfaces.size(), 2u);
   EXPECT_TRUE(faults.empty());
 }
 

@@ -385,6 +385,39 @@ TEST(LensFaults, WhatCannotBeFocusedIsSaid) {
   EXPECT_THAT(faults_with({}), HasSubstr("a lens without surfaces"));
 }
 
+TEST(LensFaults, SizesOfNoLensAreRefused) {
+  Prescription lens = singlet(60, -90, 7, 1.5, 10);
+  EXPECT_THAT(faults_with(lens, {.f_number = 1e9}), HasSubstr("0.001 mm is the least"));
+  EXPECT_THAT(faults_with(lens, {.stop_diameter = 1e-9}), HasSubstr("0.001 mm is the least"));
+  lens.surfaces.front().diameter = 1e-300;
+  lens.surfaces.back().diameter = 1e300;
+  lens.surfaces[1].aspheric.assign(17, 0);
+  EXPECT_THAT(faults_with(lens), HasSubstr("1e-300 mm is none of a lens"));
+  EXPECT_THAT(faults_with(lens), HasSubstr("1e+300 mm is none of a lens"));
+  EXPECT_THAT(faults_with(lens), HasSubstr("17 aspheric coefficients; 16 are possible"));
+  lens.surfaces.resize(100'000, lens.surfaces.back());
+  EXPECT_THAT(faults_with(lens), HasSubstr("a lens of 100000 surfaces; 256 are possible"));
+}
+
+TEST(LensSystem, VeryDistantThingsAreAtInfinity) {
+  const LensSystem far = focused(double_gauss(), {.focus = 1e300}), infinite = focused(double_gauss());
+  EXPECT_EQ(far.back_distance(), infinite.back_distance());
+  EXPECT_NEAR(focused(double_gauss(), {.focus = 1e11}).back_distance(), infinite.back_distance(), 1e-6);
+}
+
+/// The pupil is a disk as wide as the f-number says, and open all over the film.
+TEST(LensSystem, SmallStopsLetTheirLightThrough) {
+  for (const double f_number : {22.0, 500.0, 20'000.0}) {
+    const LensSystem system = focused(double_gauss(), {.f_number = f_number});
+    EXPECT_NEAR(axial_irradiance(system) / (pi / (4 * f_number * f_number)), 1, 0.01) << f_number;
+    const PupilTable table = pupil_table(system, 18, 12);
+    double least = HUGE_VAL;
+    for (std::size_t cell = 0; cell < table.nodes.size(); cell += PupilTable::kNodes)
+      least = std::min(least, table.nodes[cell + PupilTable::kNodes - 1].area_before);
+    EXPECT_GT(least, 0.7 * table.nodes[PupilTable::kNodes - 1].area_before) << f_number;
+  }
+}
+
 TEST(LensFaults, TheNearestFocusIsPossible) {
   // The least distance that the message has works, and a little less does not.
   std::vector<Fault> faults;
