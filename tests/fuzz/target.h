@@ -19,7 +19,7 @@ struct Target {
 // ---- client/image
 extern const Target kExr;
 // ---- client/import
-extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene;
+extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene, kLens;
 // ---- proto/wire, lib/images, lib/layers, lib/expression
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression, kPhaseBlob,
     kPackedInstances;
