@@ -126,8 +126,8 @@ TEST(CameraFacts, PointsGoWhereTheyAreSeen) {
 TEST(CameraFacts, LensesHaveOpenExrsNames) {
   const v1::Scene scene = scene_of(
       "camera { lens { lens { name: 'singlet' surfaces { stop: true diameter_mm: 20 thickness_mm: 1 }"
-      "surfaces { radius_mm: 100 thickness_mm: 2 diameter_mm: 40 index: 1.5 }"
-      "surfaces { radius_mm: -100 thickness_mm: 100 diameter_mm: 40 } } focus_distance: 5 } }");
+      "surfaces { radius_mm: 100 thickness_mm: 2 diameter_mm: 24 index: 1.5 }"
+      "surfaces { radius_mm: -100 thickness_mm: 100 diameter_mm: 24 } } focus_distance: 5 } }");
   Image image;
   image.display = {0, 0, 200, 100};
   add_camera_facts(scene.camera(), image);
