@@ -246,7 +246,8 @@ bool LensSystem::refine_focus(std::vector<Fault>& faults) {
     const double pupil = std::abs(paraxial_.entrance_magnification) * elements_[stop_].surface.diameter / 2;
     double sum = 0, squares = 0;
     for (int i = 0; i < 2 * kRays; ++i) {
-      const double height = pupil * std::sqrt((i / 2 + 0.5) / kRays);
+      const int ray_of_axis = i / 2;
+      const double height = pupil * std::sqrt((ray_of_axis + 0.5) / kRays);
       const Vector in{i % 2 == 0 ? height : 0, i % 2 == 0 ? 0 : height, pupil_z};
       Ray ray{in, {0, 0, -1}};
       if (std::isfinite(use_.focus)) ray = {{0, 0, use_.focus}, unit(in - Vector{0, 0, use_.focus})};
@@ -276,7 +277,8 @@ bool LensSystem::check_light(std::vector<Fault>& faults) const {
   if (end_of({{0, 0, 0}, {0, 0, 1}}, kLineD) == elements_.size()) return true;
   constexpr int kRings = 64, kTurns = 16;
   for (int i = 0; i < kRings * kTurns; ++i) {
-    const double r = last.surface.diameter / 2 * (i / kTurns + 0.5) / kRings,
+    const int ring = i / kTurns;
+    const double r = last.surface.diameter / 2 * (ring + 0.5) / kRings,
                  turn = 2 * pi * (i % kTurns) / kTurns;
     const std::size_t end =
         end_of({{0, 0, 0}, unit({r * std::cos(turn), r * std::sin(turn), last.z})}, kLineD);

@@ -67,8 +67,9 @@ std::optional<Point> find_open(const LensSystem& lens, Point film, Point near, d
     int open = 0;
     std::vector<Point> found;
     for (int i = 0; i < steps * steps; ++i) {
-      const Point at{disk.middle.x + disk.radius * (2 * (i % steps + 0.5) / steps - 1),
-                     disk.middle.y + disk.radius * (2 * (i / steps + 0.5) / steps - 1)};
+      const int column = i % steps, row = i / steps;
+      const Point at{disk.middle.x + disk.radius * (2 * (column + 0.5) / steps - 1),
+                     disk.middle.y + disk.radius * (2 * (row + 0.5) / steps - 1)};
       if (!is_open(lens, film, at, plane, nm)) continue;
       sum.x += at.x, sum.y += at.y, ++open;
       found.push_back(at);
