@@ -278,8 +278,7 @@ bool LensSystem::check_light(std::vector<Fault>& faults) const {
   constexpr int kRings = 64, kTurns = 16;
   for (int i = 0; i < kRings * kTurns; ++i) {
     const int ring = i / kTurns;
-    const double r = last.surface.diameter / 2 * (ring + 0.5) / kRings,
-                 turn = 2 * pi * (i % kTurns) / kTurns;
+    const double r = last.surface.diameter / 2 * (ring + 0.5) / kRings, turn = 2 * pi * (i % kTurns) / kTurns;
     const std::size_t end =
         end_of({{0, 0, 0}, unit({r * std::cos(turn), r * std::sin(turn), last.z})}, kLineD);
     if (end == elements_.size()) return true;
