@@ -103,7 +103,7 @@ if(TESSERA_SANITIZE MATCHES "thread")
 endif()
 
 # tessera_test_entry(NAME COMMAND command... [TIMEOUT seconds] [LONG seconds] [LABELS labels...]): what CTest
-# runs; after 600 s, if not told otherwise, it hangs. With LONG, and that timeout, also the long form
+# runs; after half an hour, if not told otherwise, it hangs. With LONG, and that timeout, also the long form
 # (tests/support/long_form.h), the entry NAME_long, labelled `long`. The working directory is the source tree's
 # root.
 function(tessera_test_entry name)
