@@ -32,7 +32,7 @@ struct QueryOptions {
   GeometryOptions geometry;
 };
 
-bool print(const std::string& text) {
+bool print_text(const std::string& text) {
   std::cout.write(text.data(), static_cast<std::streamsize>(text.size())).flush();
   return std::cout.good();
 }
@@ -68,7 +68,7 @@ class Answers {
     }
     answered_ += static_cast<std::int64_t>(waiting_.size());
     waiting_.clear();
-    return std::ranges::all_of(texts, print);
+    return std::ranges::all_of(texts, print_text);
   }
 
  private:
@@ -112,7 +112,7 @@ int answer_lines(LineReader& reader, const QueryOptions& options, Answers& answe
 int answer_all(const GeometryQuery& scene, const QueryOptions& options) {
   std::string header;
   append_header(GeometryQuery::answer_columns(), options.format, header);
-  if (!print(header)) return kIncomplete;
+  if (!print_text(header)) return kIncomplete;
   Answers answers(scene, options);
   for (const Query& query : options.option_queries) {
     answers.add(query);
@@ -132,10 +132,10 @@ int print_table(Columns columns, RowFormat format, MakeRows make_rows) {
   make_rows([&](const Row& row) {
     append_row(columns, row, format, text);
     if (text.size() < (std::size_t{1} << 20)) return;
-    taken = taken && print(text);
+    taken = taken && print_text(text);
     text.clear();
   });
-  return taken && print(text) ? kDone : kIncomplete;
+  return taken && print_text(text) ? kDone : kIncomplete;
 }
 
 int run(QueryOptions& options) {

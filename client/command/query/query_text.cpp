@@ -13,9 +13,9 @@ namespace {
 constexpr std::string_view kBlanks = " \t\r\n\v\f";
 
 /// Words of a line, with their columns.
-class Words {
+class LineWords {
  public:
-  explicit Words(std::string_view line) : line_(line.substr(0, line.find('#'))) {}
+  explicit LineWords(std::string_view line) : line_(line.substr(0, line.find('#'))) {}
 
   /// Empty at the end.
   std::string_view next() {
@@ -63,7 +63,7 @@ std::optional<QueryKind> query_kind(std::string_view word) {
 }
 
 ParsedQuery parse_query(std::string_view line, std::optional<QueryKind> kind) {
-  Words words(line);
+  LineWords words(line);
   if (words.at_end()) return {};
   std::string_view word = words.next();
   const auto wrong = [&](std::string message) {
