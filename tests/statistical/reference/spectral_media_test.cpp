@@ -93,9 +93,9 @@ TEST(SpectralMedia, LightIsScatteredAsMeasured) {
   // In closed form, and along majorants.
   for (const std::string& bounds : {std::string(), cube("world_from_bounds")}) {
     for (const std::string& scatters : {albedo, sigma_s}) {
-      SCOPED_TRACE(bounds + scatters);
-      expect_color(pictures_of(ball(extinction + scatters + bounds, 1), "volpath", 8, kSpectral), expected,
-                   6e-3);
+      const std::string medium = absl::StrCat(extinction, scatters, bounds);
+      SCOPED_TRACE(medium);
+      expect_color(pictures_of(ball(medium, 1), "volpath", 8, kSpectral), expected, 6e-3);
     }
   }
 }

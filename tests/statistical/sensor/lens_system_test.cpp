@@ -210,8 +210,9 @@ TEST(LensSystemSensor, PicturesOfAThinSingletAreThoseOfAThinLens) {
   tables.sampler.seed += 1;
   const wire::TileResult ideal = render_tile<Wavefront>(*content, tables, kSamples);
   for (std::size_t i = 0; i < 256; ++i) {
-    const double x = (static_cast<double>(i % 16) + 0.5) * sensor->scale_x + sensor->offset_x,
-                 y = (static_cast<double>(i / 16) + 0.5) * sensor->scale_y + sensor->offset_y;
+    const std::size_t column = i % 16, row = i / 16;
+    const double x = (static_cast<double>(column) + 0.5) * sensor->scale_x + sensor->offset_x,
+                 y = (static_cast<double>(row) + 0.5) * sensor->scale_y + sensor->offset_y;
     const double cosine = 1 / std::sqrt(1 + x * x + y * y);
     const double a = MeanRadiance(real, kSamples).of_pixel(0, i),
                  b = MeanRadiance(ideal, kSamples).of_pixel(0, i) * std::pow(cosine, 4);

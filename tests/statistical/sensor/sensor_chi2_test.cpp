@@ -22,7 +22,8 @@
 namespace tessera::render::TESSERA_ISA {
 namespace {
 
-constexpr int kWidthPixels = 40, kHeightPixels = 20;
+constexpr int kWidthPixels = 40, kHeightPixels = 20, kMiddleX = kWidthPixels / 2,
+              kMiddleY = kHeightPixels / 2;
 
 /// 40 x 20 pixels of [-2, 2] x [-1, 1], turned, and scaled by `scale` where told.
 SensorRecord sensor_of(SensorKind kind, float lens_radius, float scale) {
@@ -175,7 +176,8 @@ TEST(SensorChi2, RaysLeaveTheApertureEvenly) {
       const double side = 0.4 * std::max(1.0, 1 / aperture.ratio), cell = 2 * side / kGrid;
       std::vector<double> expected(kGrid * kGrid);
       for (int i = 0; i < kGrid * kGrid; ++i) {
-        const double x = -side + i % kGrid * cell, y = -side + i / kGrid * cell;
+        const int column = i % kGrid, row = i / kGrid;
+        const double x = -side + column * cell, y = -side + row * cell;
         const auto part = cut(cut(cut(cut(polygon, -1, 0, -x), 1, 0, x + cell), 0, -1, -y), 0, 1, y + cell);
         expected[static_cast<std::size_t>(i)] = kSamples * area_of(part) / area_of(polygon);
       }
@@ -185,8 +187,8 @@ TEST(SensorChi2, RaysLeaveTheApertureEvenly) {
         RandomLanes numbers(static_cast<std::uint64_t>(seed));
         for (int i = 0; i < kSamples; i += kWidth) {
           // The middle of the film, where parallel rays leave the lens around the origin too.
-          const SensorRay ray = start_ray(
-              c, {{Float(kWidthPixels / 2), Float(kHeightPixels / 2)}, {numbers(), numbers()}, Float(0.0f)});
+          const SensorRay ray =
+              start_ray(c, {{Float(kMiddleX), Float(kMiddleY)}, {numbers(), numbers()}, Float(0.0f)});
           for (int l = 0; l < kWidth; ++l) {
             const int column = static_cast<int>(std::floor((ray.origin.y.lane(l) + side) / cell)),
                       row = static_cast<int>(std::floor((ray.origin.z.lane(l) + side) / cell));
@@ -215,7 +217,7 @@ TEST(SensorAperture, IsReachedInOnePiece) {
     std::vector<double> nearest(polygon.size(), 1e9);
     double farthest = 0, beyond = 0;
     for (int i = 0; i < (1 << 16); i += kWidth) {
-      const Vec2 middle{Float(kWidthPixels / 2), Float(kHeightPixels / 2)};
+      const Vec2 middle{Float(kMiddleX), Float(kMiddleY)};
       const Vec2 u{numbers(0, 1 - kStep), numbers(0, 1 - kStep)};
       const Vec3 a = start_ray(c, {middle, u, Float(0.0f)}).origin,
                  b = start_ray(c, {middle, {u.x + kStep, u.y + kStep}, Float(0.0f)}).origin;
@@ -351,8 +353,10 @@ TEST(SensorAboutAPoint, ImportanceOfEveryPixelIntegratesToOne) {
       for (int place = 0; place < kGrid * kGrid; place += kWidth) {
         alignas(64) float x[kWidth], y[kWidth];
         for (int l = 0; l < kWidth; ++l) {
-          x[l] = static_cast<float>(pixel % 40) + (static_cast<float>((place + l) % kGrid) + 0.5f) / kGrid;
-          y[l] = static_cast<float>(pixel / 40) + (static_cast<float>((place + l) / kGrid) + 0.5f) / kGrid;
+          const auto column = pixel % 40, row = pixel / 40;
+          const auto part_x = (place + l) % kGrid, part_y = (place + l) / kGrid;
+          x[l] = static_cast<float>(column) + (static_cast<float>(part_x) + 0.5f) / kGrid;
+          y[l] = static_cast<float>(row) + (static_cast<float>(part_y) + 0.5f) / kGrid;
         }
         const SensorRay ray = start_ray(c, middle_sample({Float::load(x), Float::load(y)}));
         expected[static_cast<std::size_t>(pixel)] += std::popcount(ray.valid.bits()) / double{kGrid * kGrid};

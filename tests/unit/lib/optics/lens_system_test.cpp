@@ -240,8 +240,8 @@ TEST(LensSystem, IlluminationIsThatOfLightFromTheScene) {
     const double half = 22, cell = 2 * half / kSteps;
     double through = 0;
     for (int i = 0; i < kSteps * kSteps; ++i) {
-      const Vector at{-half + (i % kSteps + 0.5) * cell, -half + (i / kSteps + 0.5) * cell,
-                      system.front() + 12};
+      const int column = i % kSteps, row = i / kSteps;
+      const Vector at{-half + (column + 0.5) * cell, -half + (row + 0.5) * cell, system.front() + 12};
       if (system.to_film({at, direction}, kLineD)) ++through;
     }
     return through * cell * cell * std::cos(angle);
