@@ -15,7 +15,7 @@ constexpr double kPageWidth = 1200, kMargin = 40, kTitle = 50, kMostHeight = 120
 constexpr std::array<std::array<double, 3>, 4> kBundleColors{
     {{0.0, 0.447, 0.698}, {0.835, 0.369, 0.0}, {0.0, 0.62, 0.451}, {0.8, 0.475, 0.655}}};
 
-/// What is drawn, in millimetres.
+/// The part that is drawn, in millimetres.
 struct LensExtent {
   double first = 0, last = 0, height = 0;
 

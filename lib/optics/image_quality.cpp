@@ -58,7 +58,7 @@ std::vector<Point> points_within(const std::vector<Point>& outline) {
   constexpr int kRings = 8;
   std::vector<Point> points;
   for (int ring = 0; ring < kRings; ++ring) {
-    // So many in each ring as its area has, up to three quarters of the corners.
+    // Each ring has points in proportion to its area.
     const int count = 6 * ring + 3;
     const double part = std::sqrt((ring + 0.5) * (ring + 0.5) + 1.0 / 12) / kRings;
     for (int i = 0; i < count; ++i) {

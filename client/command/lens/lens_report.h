@@ -1,4 +1,4 @@
-// What `tessera lens` tells of a lens.
+// The report of `tessera lens`.
 #pragma once
 
 #include <string>

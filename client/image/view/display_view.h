@@ -15,7 +15,7 @@ namespace tessera::client {
 /// The sRGB code, from 0 to 1, of a linear value (IEC 61966-2-1), which is clamped; 0 of what is no number.
 float srgb_encoded(float linear);
 
-/// What a file for screens is to look like.
+/// The look of a file for screens.
 struct ViewOptions {
   double exposure_stops = 0;
   // One of the views below, or one of the configuration's display; empty: `srgb`, or the display's own.
@@ -29,7 +29,7 @@ struct ViewOptions {
   bool operator==(const ViewOptions&) const = default;
 };
 
-/// What makes colours of a scene those of a screen.
+/// Makes colours of a scene those of a screen.
 class DisplayView {
  public:
   virtual ~DisplayView() = default;

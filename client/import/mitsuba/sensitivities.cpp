@@ -26,7 +26,7 @@ bool is_response(const Property& property) {
   return object != nullptr && (*object)->tag == "texture";
 }
 
-/// What the sensor sees of daylight by one sensitivity.
+/// The light of daylight that the sensor sees by one sensitivity.
 double seen_of_daylight(const spectra::Curve& curve) {
   spectra::SensorResponse response;
   response.from_nm = std::max(double{curve.nm.front()}, spectra::kLeastSensorNm);
@@ -44,7 +44,7 @@ double centre_of(const spectra::Curve& curve) {
   for (std::size_t i = 0; i + 1 < curve.nm.size(); ++i) {
     const double width = double{curve.nm[i + 1]} - curve.nm[i];
     sum += width * (double{curve.values[i]} + curve.values[i + 1]) / 2;
-    // Of a line times the wavelength.
+    // The integral of a straight line times the wavelength.
     moment += width / 6 *
               (curve.values[i] * (2.0 * curve.nm[i] + curve.nm[i + 1]) +
                curve.values[i + 1] * (double{curve.nm[i]} + 2.0 * curve.nm[i + 1]));

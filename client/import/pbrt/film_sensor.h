@@ -1,4 +1,4 @@
-// What sees the light: the sensor of pbrt's films, and the bands of its film "spectral".
+// The sensor of pbrt's films, which sees the light, and the bands of its film "spectral".
 #pragma once
 
 #include "import/pbrt/camera_film.h"
