@@ -6,6 +6,7 @@
 #include <fstream>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "gmock/gmock.h"
 #include "gtest/gtest.h"
@@ -13,6 +14,12 @@
 #include "wire/mesh_blob.h"
 
 namespace tessera::client {
+
+/// The translation of a matrix; empty matrices are the identity.
+inline std::vector<double> column3(const v1::Matrix& m) {
+  if (m.elements().empty()) return {0, 0, 0};
+  return {m.elements(3), m.elements(7), m.elements(11)};
+}
 
 /// A folder that lives as long as the test.
 class ImportTest : public testing::Test {

@@ -1,10 +1,10 @@
 // Subpaths from the eye: up to the vertex where they meet a light, are lit by one, or are joined to the
 // light's subpath.
 #include "render/integrator/stage_timer.h"
-#include "render/sensor/sensor.h"
 #include "render/transport/bdpt/ways.h"
 #include "render/transport/mlt/path_maker.h"
 #include "render/transport/vertex/encounter.h"
+#include "render/transport/vertex/sensor_start.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -42,7 +42,6 @@ void PathMaker::trace_eye(PathBatch& batch) {
 void PathMaker::start_at_eye(PathBatch& batch) {
   const StageTimer timer(stats_.times, Stage::kCamera);
   frontier_.clear();
-  const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
   for (int k = 0; k * kWidth < batch.count; ++k) {
     const Mask wanted = Mask::first(batch.count - k * kWidth) & (batch.ways_from_eye(k) >= 2);
     if (none(wanted)) continue;
@@ -53,24 +52,8 @@ void PathMaker::start_at_eye(PathBatch& batch) {
     select(wanted, film.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
     select(wanted, film.y, Float::load(batch.film_y + first)).store(batch.film_y + first);
     const Float time = scene_.any_motion ? numbers.get_2d(dimension::kTime).x : Float(0.0f);
-    const Wavelengths wavelengths = wavelengths_of(numbers);
-    SensorSample start{film, numbers.get_2d(dimension::kLens), time};
-    start.wavelength = first_wavelength(wavelengths, start.wavelength);
-    const SensorRay ray = start_ray(scene_.sensor, start);
-    WidePath path{.origin = ray.origin,
-                  .direction = ray.direction,
-                  .beta = Spectrum(ray.weight),
-                  .wavelengths = wavelengths,
-                  .pdf = Float(0.0f),
-                  .roulette_scale = Float(1.0f),
-                  .slot = Int::iota(first),
-                  .normal = zero,
-                  .dispersed = Int(0),
-                  .time = time,
-                  .reference = ray.origin,
-                  .medium = Int(scene_.sensor.medium),
-                  .layer_state = Int(0)};
-    if (kSpectral && scene_.sensor.disperses) end_other_wavelengths(Mask::all(), path);
+    const SensorSample start{film, numbers.get_2d(dimension::kLens), time};
+    const WidePath path = start_at_sensor(scene_, start, wavelengths_of(numbers), Int::iota(first));
     frontier_.replace(scene_, k, path, wanted);
   }
   frontier_.end_step();

@@ -5,11 +5,11 @@
 #include "render/film/filter_sample.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sampling/sample_key.h"
-#include "render/sensor/sensor.h"
 #include "render/shape/place.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/layers.h"
+#include "render/transport/vertex/sensor_start.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -84,26 +84,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
                                    : of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
         });
 
-    SensorSample start{raster, lens, time};
-    start.wavelength = first_wavelength(wavelengths, start.wavelength);
-    const SensorRay ray = start_ray(scene_.sensor, start);
-
-    const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
-    WidePath path{.origin = ray.origin,
-                  .direction = ray.direction,
-                  .beta = Spectrum(ray.weight),
-                  .wavelengths = wavelengths,
-                  .pdf = Float(0.0f),
-                  .roulette_scale = Float(1.0f),
-                  .slot = Int::iota(slot),
-                  .normal = zero,
-                  .dispersed = Int(0),
-                  .time = time,
-                  .reference = ray.origin,
-                  .medium = Int(scene_.sensor.medium),
-                  .layer_state = state_at_eye(scene_)};
-    // Where the lens has sent the path, its first wavelength alone goes.
-    if (kSpectral && scene_.sensor.disperses) end_other_wavelengths(Mask::all(), path);
+    WidePath path = start_at_sensor(scene_, {raster, lens, time}, wavelengths, Int::iota(slot));
+    path.layer_state = state_at_eye(scene_);
     store(scene_, path, paths, slot);
     key.pixel.store(keys_.pixel_hash + slot);
     key.reversed_sample.store(keys_.reversed_sample + slot);
@@ -118,7 +100,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
     }
     if (first_hits_) first_hits_->clear(slot);
     store_lanes(Spectrum(0.0f), albedo_, slot);
-    store_lanes(zero, normal_, slot);
+    store_lanes(Vec3{Float(0.0f), Float(0.0f), Float(0.0f)}, normal_, slot);
   }
   if (scene_.aovs.has(HitAov::kVisits)) count_visits(paths);
   stats_.camera_rays += static_cast<std::uint64_t>(size_);

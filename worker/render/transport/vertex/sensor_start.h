@@ -1,0 +1,33 @@
+// Paths that begin at the sensor.
+#pragma once
+
+#include "render/sensor/sensor.h"
+#include "render/transport/vertex/dispersion.h"
+#include "render/transport/vertex/light_spectrum.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+/// Sixteen paths that leave the sensor with these samples, whose own wavelength is set here; their layer
+/// state is 0. Where the lens disperses, only the first of their wavelengths goes on.
+TESSERA_INLINE WidePath start_at_sensor(const SceneTables& scene, SensorSample sample,
+                                        const Wavelengths& wavelengths, Int slot) {
+  sample.wavelength = first_wavelength(wavelengths, sample.wavelength);
+  const SensorRay ray = start_ray(scene.sensor, sample);
+  WidePath path{.origin = ray.origin,
+                .direction = ray.direction,
+                .beta = Spectrum(ray.weight),
+                .wavelengths = wavelengths,
+                .pdf = Float(0.0f),
+                .roulette_scale = Float(1.0f),
+                .slot = slot,
+                .normal = {Float(0.0f), Float(0.0f), Float(0.0f)},
+                .dispersed = Int(0),
+                .time = sample.time,
+                .reference = ray.origin,
+                .medium = Int(scene.sensor.medium),
+                .layer_state = Int(0)};
+  if (kSpectral && scene.sensor.disperses) end_other_wavelengths(Mask::all(), path);
+  return path;
+}
+
+}  // namespace tessera::render::TESSERA_ISA
