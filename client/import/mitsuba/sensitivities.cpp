@@ -15,9 +15,6 @@
 namespace tessera::client::mitsuba {
 namespace {
 
-// Mitsuba's range of wavelengths, for what is the same at all of them.
-constexpr float kFirstNm = 360, kLastNm = 830;
-
 /// Whether Mitsuba takes it for a response function.
 bool is_response(const Property& property) {
   if (std::holds_alternative<SpectrumData>(property.value) || std::holds_alternative<Rgb>(property.value))

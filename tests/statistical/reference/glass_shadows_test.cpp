@@ -57,10 +57,10 @@ Picture picture(const std::string& scene, const char* shadows, const char* integ
   return measure_picture(request);
 }
 
-class Glass : public testing::TestWithParam<const char*> {};
-INSTANTIATE_TEST_SUITE_P(, Glass, testing::Values("path", "volpath", "guided"));
+class GlassShadows : public testing::TestWithParam<const char*> {};
+INSTANTIATE_TEST_SUITE_P(, GlassShadows, testing::Values("path", "volpath", "guided"));
 
-TEST_P(Glass, SheetsAreExact) {
+TEST_P(GlassShadows, SheetsAreExact) {
   const std::string scene = absl::StrCat(kFloor, disk("sheet", 1, false), kLamp);
   const Picture traced = picture(scene, "TRACED", GetParam()),
                 straight = picture(scene, "STRAIGHT", GetParam());
@@ -68,7 +68,7 @@ TEST_P(Glass, SheetsAreExact) {
   EXPECT_LT(straight.whole(0).error, 0.3 * traced.whole(0).error);
 }
 
-TEST_P(Glass, ThinSlabsMoveLightByNextToNothing) {
+TEST_P(GlassShadows, ThinSlabsMoveLightByNextToNothing) {
   const std::string scene = absl::StrCat(kFloor, slab(0.004), kLamp);
   const Picture traced = picture(scene, "TRACED", GetParam()),
                 straight = picture(scene, "STRAIGHT", GetParam());
@@ -76,7 +76,7 @@ TEST_P(Glass, ThinSlabsMoveLightByNextToNothing) {
   EXPECT_LT(straight.whole(0).error, 0.5 * traced.whole(0).error);
 }
 
-TEST_P(Glass, TintedGlassTints) {
+TEST_P(GlassShadows, TintedGlassTints) {
   for (const std::string& glass : {disk("red sheet", 1, false), slab(0.004, "red")}) {
     const std::string scene = absl::StrCat(kFloor, glass, kLamp);
     const Picture straight = picture(scene, "STRAIGHT", GetParam());
@@ -86,7 +86,7 @@ TEST_P(Glass, TintedGlassTints) {
 }
 
 /// Nothing but rays to it finds the sun; how much gets through a sheet is known.
-TEST_P(Glass, TheSunShinesThrough) {
+TEST_P(GlassShadows, TheSunShinesThrough) {
   // Under this angle on both sides, with all orders of reflection between them.
   const double cosine = 1 / std::sqrt(1 + 0.3 * 0.3 + 0.1 * 0.1);
   const double inside = std::sqrt(1 - (1 - cosine * cosine) / (1.5 * 1.5));
@@ -100,19 +100,19 @@ TEST_P(Glass, TheSunShinesThrough) {
 }
 
 /// Paths find the sky by themselves, and must not be believed twice.
-TEST_P(Glass, TheSkyShinesOnce) {
+TEST_P(GlassShadows, TheSkyShinesOnce) {
   const std::string scene = absl::StrCat(kFloor, slab(0.1), kSky);
   expect_same(picture(scene, "TRACED", GetParam()), picture(scene, "STRAIGHT", GetParam()));
 }
 
 /// Light that passes a curtain is counted once, by paths (`path`) or by rays to lights as well (`volpath`).
-TEST_P(Glass, CurtainsAreAsBefore) {
+TEST_P(GlassShadows, CurtainsAreAsBefore) {
   const std::string scene = absl::StrCat(kFloor, disk("sheet", 1, false), disk("curtain", 1.2, false), kLamp);
   expect_same(picture(scene, "TRACED", GetParam()), picture(scene, "STRAIGHT", GetParam()));
 }
 
 /// A ball of index 1 bends no light, so even a curved one is exact.
-TEST_P(Glass, IndexMatchedBallsAreInvisible) {
+TEST_P(GlassShadows, IndexMatchedBallsAreInvisible) {
   const std::string scene = absl::StrCat(kFloor, kLamp);
   const std::string ball =
       "shapes { sphere { radius: 0.45 } material: 'air' "

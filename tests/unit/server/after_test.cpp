@@ -145,7 +145,7 @@ TEST_F(AfterTest, AJobThatIsDoneMayBeForgotten) {
 }
 
 /// Remembers what it is told.
-class Listener final : public EndListener {
+class EndRecorder final : public EndListener {
  public:
   absl::Status check_webhook(const std::string& url) const override {
     return url == "https://good/" ? absl::OkStatus() : absl::PermissionDeniedError("not there");
@@ -165,7 +165,7 @@ class Listener final : public EndListener {
 };
 
 TEST_F(AfterTest, AListenerIsToldOfEveryEndOnce) {
-  Listener listener;
+  EndRecorder listener;
   start(CoordinatorOptions{.listen = "127.0.0.1:0", .data_dir = directory_.path(), .listener = &listener});
   v1::JobSpec spec = spec_after({});
   spec.mutable_farm()->set_webhook("https://good/");

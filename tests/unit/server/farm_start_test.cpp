@@ -15,6 +15,7 @@
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/manual_clock.h"
 #include "unit/server/requests.h"
+#include "unit/server/stored_blobs.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -116,11 +117,9 @@ TEST(FarmStart, NothingIsPrunedBeforeAllJobsAreKnown) {
 }
 
 TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
-  constexpr char kScene[] = "a scene";
   HoldingJournal journal;
   const std::unique_ptr<BlobStore> blobs = make_memory_blob_store();
-  auto writer = blobs->write(wire::sha256_hex(kScene), 0);
-  ASSERT_TRUE(writer.ok() && (*writer)->append(kScene).ok() && (*writer)->finish().ok());
+  store_blob(*blobs, kSceneBytes);
   const FarmOptions options = farm_options({.fetched = hours(1),
                                             .unfetched = hours(1),
                                             .max_bytes = std::uint64_t{1} << 40,
@@ -130,7 +129,7 @@ TEST(FarmOnASlowJournal, NobodyBeginsBeforeTheChoiceOfAClassIsWritten) {
   ASSERT_TRUE(farm.ok()) << farm.status();
   v1::SubmitJobRequest submission;
   submission.set_request_id("request");
-  *submission.mutable_spec() = square_spec(kScene, 64);
+  *submission.mutable_spec() = square_spec(kSceneBytes, 64);
   std::promise<void> submitted;
   (*farm)->submission().submit(submission, [&](const absl::StatusOr<std::string>& id) {
     EXPECT_TRUE(id.ok()) << id.status();

@@ -22,6 +22,7 @@
 #include "store/journal.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
+#include "unit/server/stored_blobs.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -32,7 +33,6 @@ using std::chrono::hours;
 using std::chrono::milliseconds;
 
 constexpr std::uint32_t kJobUnits = 16;
-constexpr char kScene[] = "a scene";
 
 /// Waits for the answer of a call that gives it through a `done`.
 template <typename T, typename Call>
@@ -46,8 +46,7 @@ T answer_of(const Call& call) {
 class FarmThreads : public testing::Test {
  protected:
   FarmThreads() : journal_(*open_journal({})), blobs_(make_memory_blob_store()) {
-    auto writer = blobs_->write(wire::sha256_hex(kScene), 0);
-    EXPECT_TRUE(writer.ok() && (*writer)->append(kScene).ok() && (*writer)->finish().ok());
+    store_blob(*blobs_, kSceneBytes);
     auto farm = Farm::open(*journal_, *blobs_,
                            {.heartbeat_interval = milliseconds(50),
                             .lease_timeout = std::chrono::seconds(60),
@@ -66,7 +65,7 @@ class FarmThreads : public testing::Test {
   absl::StatusOr<std::string> submit(int seed) {
     v1::SubmitJobRequest request;
     request.set_request_id("request " + std::to_string(seed));
-    *request.mutable_spec() = square_spec(kScene, 64);
+    *request.mutable_spec() = square_spec(kSceneBytes, 64);
     request.mutable_spec()->mutable_view()->set_seed(static_cast<std::uint64_t>(seed));
     return answer_of<absl::StatusOr<std::string>>(
         [&](auto done) { farm_->submission().submit(request, done); });
@@ -139,7 +138,7 @@ TEST_F(FarmThreads, ClientsAndWorkersAllAtOnce) {
       const v1::ListJobsResponse jobs = farm_->views().list_jobs();
       for (const v1::JobStatus& job : jobs.jobs()) static_cast<void>(farm_->views().get_job(job.job_id()));
       static_cast<void>(farm_->views().list_workers());
-      farm_->shares().note_upload(wire::sha256_hex(kScene), 1);
+      farm_->shares().note_upload(wire::sha256_hex(kSceneBytes), 1);
       std::this_thread::yield();
     }
   });

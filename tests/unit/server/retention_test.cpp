@@ -7,6 +7,7 @@
 #include "store/blobs/blob_store.h"
 #include "support/process/temp_dir.h"
 #include "unit/server/coordinator_fixture.h"
+#include "unit/server/stored_blobs.h"
 #include "wire/digest.h"
 
 namespace tessera::server {
@@ -186,10 +187,8 @@ TEST(BlobCollection, SparesWhatIsNeededBeingUploadedOrWasAskedForLately) {
   const auto store = make_file_blob_store(folder.path());
   std::filesystem::create_directories(folder.path() / "partial");
   const auto put = [&](const std::string& bytes) {
-    const std::string digest = wire::sha256_hex(bytes);
-    const auto writer = store->write(digest, 0);
-    EXPECT_TRUE(writer.ok() && (*writer)->append(bytes).ok() && (*writer)->finish().ok());
-    return digest;
+    store_blob(*store, bytes);
+    return wire::sha256_hex(bytes);
   };
   const auto age = [&](const std::filesystem::path& path) {
     std::filesystem::last_write_time(path, std::filesystem::file_time_type::clock::now() - hours{2});

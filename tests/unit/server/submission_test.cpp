@@ -11,6 +11,7 @@
 #include "service/job/adoption.h"
 #include "unit/server/coordinator_fixture.h"
 #include "unit/server/requests.h"
+#include "unit/server/stored_blobs.h"
 
 namespace tessera::server {
 namespace {
@@ -18,14 +19,11 @@ namespace {
 using testing::IsEmpty;
 using testing::SizeIs;
 
-constexpr char kScene[] = "a scene";
-
 /// The parts that take jobs, whose names are those of `names_`, in turn.
 class SubmissionTest : public testing::Test {
  protected:
   SubmissionTest() {
-    auto writer = blobs_->write(wire::sha256_hex(kScene), 0);
-    EXPECT_TRUE(writer.ok() && (*writer)->append(kScene).ok() && (*writer)->finish().ok());
+    store_blob(*blobs_, kSceneBytes);
     EXPECT_TRUE(core_.recover().ok());
     core_.start([] {});
   }
@@ -44,7 +42,7 @@ class SubmissionTest : public testing::Test {
   absl::StatusOr<std::string> submit() {
     v1::SubmitJobRequest request;
     request.set_request_id("the request");
-    *request.mutable_spec() = square_spec(kScene, 32);
+    *request.mutable_spec() = square_spec(kSceneBytes, 32);
     auto answer = std::make_shared<std::promise<absl::StatusOr<std::string>>>();
     submission_.submit(request, [answer](const absl::StatusOr<std::string>& id) { answer->set_value(id); });
     return answer->get_future().get();
@@ -63,12 +61,12 @@ TEST_F(SubmissionTest, WhatTheSchedulerRefusesIsInNoTable) {
   names_ = {"taken", "free"};
   JobRequest other;
   other.id = "taken";
-  other.plan = std::make_shared<const WorkPlan>(WorkPlan::make(square_spec(kScene, 32)).value());
+  other.plan = std::make_shared<const WorkPlan>(WorkPlan::make(square_spec(kSceneBytes, 32)).value());
   {
     const std::lock_guard lock(core_.mutex());
     ASSERT_TRUE(core_.scheduler().add_job(other).ok());
   }
-  shares_.note_upload(wire::sha256_hex(kScene), 7);
+  shares_.note_upload(wire::sha256_hex(kSceneBytes), 7);
 
   EXPECT_EQ(submit().status().code(), absl::StatusCode::kAlreadyExists);
   {
@@ -86,7 +84,7 @@ TEST_F(SubmissionTest, WhatTheSchedulerRefusesIsInNoTable) {
 
 TEST(Adoption, ThatFailsHasNothingToJournal) {
   Scheduler scheduler(SchedulerOptions{});
-  const auto plan = std::make_shared<const WorkPlan>(WorkPlan::make(square_spec(kScene, 32)).value());
+  const auto plan = std::make_shared<const WorkPlan>(WorkPlan::make(square_spec(kSceneBytes, 32)).value());
   JobRequest job;
   job.id = "new";
   job.plan = plan;

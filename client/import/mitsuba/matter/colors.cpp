@@ -15,9 +15,6 @@ namespace {
 
 using Color = std::array<double, 3>;
 
-// The wavelengths that are seen.
-constexpr float kFirstNm = 360, kLastNm = 830;
-
 /// Into what the use can hold, with a warning where that changes the colour.
 Color clamped(PropertyReader& reader, const Property& property, Color color, ColorUse use) {
   const double highest = use == ColorUse::kReflectance ? 1 : std::numeric_limits<float>::max();

@@ -9,6 +9,9 @@
 
 namespace tessera::client::mitsuba {
 
+/// Mitsuba's range of wavelengths, which curves that are the same everywhere span.
+inline constexpr float kFirstNm = 360, kLastNm = 830;
+
 enum class ColorUse {
   kReflectance,  // values within 0..1
   kUnbounded,    // indices of refraction, extinction

@@ -17,7 +17,7 @@ constexpr int kDeep = 38;  // some of its numbers are none of the coordinates
 static_assert(kDeep > kMutatedEvents + 2);
 
 /// Light of some ways, which is where a number is large, and none in a third of the space.
-class Toy final : public PathSpace {
+class ToyPathSpace final : public PathSpace {
  public:
   static constexpr int kPower = 8;
   static constexpr float kDark = 0.3f;
@@ -82,10 +82,10 @@ class Halves final : public Film {
 std::array<std::array<double, 3>, 2> expected() {
   double all = 0;
   for (int events = 1; events <= kDeep; ++events) {
-    for (int s = 0; s < events + 2; ++s) all += Toy::light_of(events, s);
+    for (int s = 0; s < events + 2; ++s) all += ToyPathSpace::light_of(events, s);
   }
-  const double left = std::pow(static_cast<double>(Halves::kMiddle), Toy::kPower + 1);
-  const double mean_y = (1 + static_cast<double>(Toy::kDark)) / 2;
+  const double left = std::pow(static_cast<double>(Halves::kMiddle), ToyPathSpace::kPower + 1);
+  const double mean_y = (1 + static_cast<double>(ToyPathSpace::kDark)) / 2;
   std::array<std::array<double, 3>, 2> result;
   for (std::size_t half = 0; half < 2; ++half) {
     const double red = all * (half == 0 ? left : 1 - left);
@@ -95,7 +95,7 @@ std::array<std::array<double, 3>, 2> expected() {
 }
 
 void expect_unbiased(const MetropolisSettings& config, std::uint64_t seed, std::uint32_t families) {
-  Toy toy;
+  ToyPathSpace toy;
   RenderStats stats;
   Chains chains(toy, config, stats);
   std::array<std::array<double, 3>, 2> sum = {}, squares = {};
@@ -143,7 +143,7 @@ TEST(Chains, AreUnbiasedWithStepsOfAnySize) {
 /// The mean of all families is right whatever they begin with; so is each family's light where chains are
 /// long, but for the light of its candidates: halves are as bright against each other as they should be.
 TEST(Chains, ForgetWhereTheyBegan) {
-  Toy toy;
+  ToyPathSpace toy;
   RenderStats stats;
   Chains chains(toy, {.mutations = 4096, .candidates = 16}, stats);
   Halves film;
@@ -156,7 +156,7 @@ TEST(Chains, ForgetWhereTheyBegan) {
 }
 
 TEST(Chains, AreTheSameWheneverTheyRun) {
-  Toy toy;
+  ToyPathSpace toy;
   RenderStats stats;
   Chains chains(toy, {.mutations = 8, .candidates = 2}, stats),
       others(toy, {.mutations = 8, .candidates = 2}, stats);
