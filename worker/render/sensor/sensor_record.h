@@ -14,7 +14,8 @@
 
 namespace tessera::render {
 
-struct LensTable;  // lens_table.h
+struct LensTable;     // lens_table.h
+struct ShutterTable;  // shutter_table.h
 
 /// Each kind has a model, at the end of whose file it is named; kinds from kCount on are those that
 /// add_sensor_model() gives.
@@ -86,6 +87,7 @@ struct SensorRecord {
   // Poses of a sensor that moves, at evenly spaced times (core/motion.h), with the way that it went since
   // the shutter opened.
   std::vector<Affine> steps;
+  std::shared_ptr<const ShutterTable> shutter;  // null: all of the raster is exposed evenly from 0 to 1
   // A place of the raster (pixels from its upper left corner) times these plus offsets: the model's own
   // place (RasterShape).
   float scale_x = 1, scale_y = 1, offset_x = 0, offset_y = 0;

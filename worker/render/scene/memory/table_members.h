@@ -6,6 +6,7 @@
 
 #include "render/integrator/scene_tables.h"
 #include "render/sensor/lens_table.h"
+#include "render/sensor/shutter_table.h"
 
 namespace tessera {
 
@@ -63,7 +64,8 @@ TESSERA_MEMBERS(Response, exposure, sensitivity)
 TESSERA_MEMBERS(LensTable, aperture, surfaces, coefficients, edges, ratios, wavelengths, first_nm,
                 wavelengths_per_nm, film_distance, units_per_mm, pupil_z, rings, cells_x, cells_y,
                 cells_per_mm_x, cells_per_mm_y, first_x, first_y, pupil, weight)
-TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, scale_x, scale_y, offset_x, offset_y,
+TESSERA_MEMBERS(ShutterTable, knots, rows, from_last, across, duration)
+TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, shutter, scale_x, scale_y, offset_x, offset_y,
                 circle_angle, lens_radius, focal_distance, lens, disperses, near_clip, far_clip, width,
                 height, medium, response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)

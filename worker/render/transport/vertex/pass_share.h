@@ -14,8 +14,10 @@ namespace tessera::render::TESSERA_ISA {
 
 /// Numbers in [0, 1) that paths have instead of their own.
 struct PassShare {
-  std::optional<float> time;        // within the exposure
+  std::optional<float> time;        // from 0 (the shutter opens) to 1
   std::optional<float> wavelength;  // that sample_wavelengths() takes
+  // Samples of all pixels have times as paths from lights have them, for they are joined to such paths.
+  bool times_of_lights = false;
 };
 
 /// Returns what the paths of a pass share. Where things move, the times of two or more passes are spread over
