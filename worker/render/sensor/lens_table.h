@@ -66,8 +66,16 @@ inline ApertureRecord aperture_of(std::uint32_t corners, double degrees, double 
   return aperture;
 }
 
+/// How a thin lens is turned against the film. Rays of the place (x, y) through the point L of the lens meet
+/// all points X of the ray (x, y, 1) that are on the plane of focus, where dot(plane, X) = 1.
+struct LensTilt {
+  float across_x[3] = {1, 0, 0}, across_y[3] = {0, 1, 0};  // the lens's plane: two unit axes, sensor space
+  float plane[3] = {0, 0, 1};                              // of focus: its normal over its distance
+};
+
 struct LensTable {
   ApertureRecord aperture;                  // thin lenses have no more than this
+  LensTilt tilt;                            // and kTiltedLens this
   std::vector<LensSurfaceRecord> surfaces;  // from the film to the scene
   std::vector<float> coefficients;
   std::vector<float> edges;  // unit vectors to the middles of edges of the stop, x and y

@@ -14,8 +14,10 @@
 
 namespace tessera::render {
 
-struct LensTable;     // lens_table.h
-struct ShutterTable;  // shutter_table.h
+struct LensTable;        // lens_table.h
+struct ShutterTable;     // shutter_table.h
+struct DistortionTable;  // distortion_table.h
+struct PanoramaTable;    // panorama_table.h
 
 /// Each kind has a model, at the end of whose file it is named; kinds from kCount on are those that
 /// add_sensor_model() gives.
@@ -32,6 +34,10 @@ enum class SensorKind : std::int32_t {
   kFisheyeStereographic,
   kFisheyeOrthographic,
   kLensSystem,
+  kTiltedLens,
+  kEqualAreaCylindrical,
+  kCubeMap,
+  kPanorama,
   kCount
 };
 
@@ -59,6 +65,7 @@ inline RasterTraits raster_of(SensorKind kind) {
   switch (kind) {
     case SensorKind::kPinhole:
     case SensorKind::kThinLens:
+    case SensorKind::kTiltedLens:
     case SensorKind::kLensSystem:  // as its principal rays see it, but for distortion
       return {RasterShape::kPlane};
     case SensorKind::kOrthographic:
@@ -68,6 +75,11 @@ inline RasterTraits raster_of(SensorKind kind) {
       return {RasterShape::kSphere, 2 * pi, pi, RasterEdges::kOverPole};
     case SensorKind::kOctahedral:  // the square is mapped evenly to 4 pi steradians
       return {RasterShape::kSphere, 2 * std::sqrt(pi), 2 * std::sqrt(pi), RasterEdges::kMirrored};
+    case SensorKind::kEqualAreaCylindrical:
+      return {RasterShape::kSphere, 2 * pi, 2, RasterEdges::kOverPole};
+    case SensorKind::kCubeMap:  // a face spans two units
+      return {RasterShape::kSphere, 1, 1, RasterEdges::kMirrored};
+    case SensorKind::kPanorama:
     case SensorKind::kCylindrical:
     case SensorKind::kFisheyeEquidistant:
     case SensorKind::kFisheyeEquisolid:
@@ -94,7 +106,9 @@ struct SensorRecord {
   float lens_radius = 0;
   float focal_distance = 1;
   float circle_angle = std::numbers::pi_v<float>;  // fisheyes see no farther from the axis, radians
-  std::shared_ptr<const LensTable> lens;           // kLensSystem, and thin lenses whose aperture is not round
+  std::shared_ptr<const LensTable> lens;           // kLensSystem; thin lenses that are not round, or tilted
+  std::shared_ptr<const DistortionTable> distortion;  // of the raster's places, if any
+  std::shared_ptr<const PanoramaTable> panorama;      // kCubeMap, kPanorama
   // Jobs of wavelengths only: where a ray goes depends on its wavelength.
   bool disperses = false;
   // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no
@@ -108,9 +122,12 @@ struct SensorRecord {
 /// Tells what is seen beyond the edge of the raster.
 inline RasterEdges edges_of(const SensorRecord& sensor) {
   constexpr float kFullTurn = 6.2831f;
-  if (sensor.kind == SensorKind::kCylindrical &&
-      sensor.scale_x * static_cast<float>(sensor.width) >= kFullTurn)
-    return RasterEdges::kRound;
+  if ((sensor.kind == SensorKind::kCylindrical || sensor.kind == SensorKind::kPanorama) &&
+      sensor.scale_x * static_cast<float>(sensor.width) >= kFullTurn) {
+    const bool has_poles = sensor.kind == SensorKind::kPanorama &&
+                           -2 * sensor.scale_y * static_cast<float>(sensor.height) >= kFullTurn;
+    return has_poles ? RasterEdges::kOverPole : RasterEdges::kRound;
+  }
   return raster_of(sensor.kind).edges;
 }
 
