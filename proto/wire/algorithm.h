@@ -69,6 +69,7 @@ struct AlgorithmTraits {
   LayerStates layers = LayerStates::kNone;
   bool shadow_layers = false;     // has layers of light that something is in the way of (layers/layer_rule.h)
   bool strategy_layers = false;   // has layers of single strategies
+  bool lens_ghosts = false;       // light may be sent into the lens (RenderSettings.lens_ghosts)
   bool straight_shadows = false;  // light may pass clear glass unbent (RenderSettings.glass_shadows)
   bool bsdf_lighting =
       false;  // direct light may be found by BSDF sampling alone (RenderSettings.direct_light)

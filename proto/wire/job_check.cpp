@@ -245,7 +245,8 @@ std::optional<ExpectedBlob> expected_blob(const v1::JobSpec& spec, const v1::Wor
 
 bool works_in_passes(const v1::JobSpec& spec) {
   const AlgorithmTraits* const algorithm = find_algorithm(spec.content().algorithms().integrator());
-  return algorithm != nullptr && algorithm->work == WorkKind::kPasses;
+  return algorithm != nullptr &&
+         (algorithm->work == WorkKind::kPasses || spec.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS);
 }
 
 }  // namespace tessera::wire

@@ -58,8 +58,12 @@ SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
                            ? model.start_dispersed(sensor, place, sample.u_lens, sample.wavelength)
                            : model.start(sensor, place, sample.u_lens);
   const WideAffine pose = pose_at(sensor, sample.time);
-  SensorRay result{transform_vector(pose, ray.origin), normalize(transform_vector(pose, ray.direction)),
-                   select_or_zero(ray.valid, ray.weight), ray.valid};
+  SensorRay result{transform_vector(pose, ray.origin),
+                   normalize(transform_vector(pose, ray.direction)),
+                   select_or_zero(ray.valid, ray.weight),
+                   ray.valid,
+                   ray.pdf,
+                   ray.tint};
   if (is_elsewhere(sensor)) result.origin = result.origin + place_of(pose);
   if (sensor.near_clip > 0) {
     const Float per_depth = length_per_depth(sensor, pose, result.direction);

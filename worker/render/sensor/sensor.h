@@ -35,6 +35,10 @@ struct SensorRay {
   Vec3 direction;  // unit length
   Float weight;    // weight of the radiance that arrives along the ray; 0 where it is not valid
   Mask valid;      // the ray leaves the sensor
+  // Where lights send their own rays into a lens: density by solid angle that weighs light which the ray
+  // meets against samples of lights at its origin. 0: nothing else finds that light.
+  Float pdf;
+  Vec3 tint;  // factors of red, green and blue besides the weight; not of light of wavelengths
 };
 
 /// How a point of the scene is seen through one point of the lens.
@@ -56,6 +60,8 @@ struct LocalRay {
   Vec3 origin, direction;
   Float weight = Float(1.0f);
   Mask valid = Mask::all();
+  Float pdf = Float(0.0f);
+  Vec3 tint{Float(1.0f), Float(1.0f), Float(1.0f)};
 };
 
 /// SensorConnection in sensor space.
@@ -129,7 +135,7 @@ inline Float pixel_width(const SensorRecord& sensor, Float distance) {
 
 /// Whether there may be hits that the sensor does not see though its rays meet them.
 inline bool misses_some_hits(const SensorRecord& sensor) {
-  return sensor.far_clip > 0 || sensor_model(sensor.kind).traits.may_fail;
+  return sensor.far_clip > 0 || sensor.has_barrel || sensor_model(sensor.kind).traits.may_fail;
 }
 /// Whether the sensor sees what its rays of unit `direction` meet at distance `t` from their origins.
 Mask is_within_reach(const SensorRecord& sensor, Vec3 direction, Float t, Float time);

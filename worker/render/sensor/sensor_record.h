@@ -109,6 +109,7 @@ struct SensorRecord {
   std::shared_ptr<const LensTable> lens;           // kLensSystem; thin lenses that are not round, or tilted
   std::shared_ptr<const DistortionTable> distortion;  // of the raster's places, if any
   std::shared_ptr<const PanoramaTable> panorama;      // kCubeMap, kPanorama
+  bool has_barrel = false;                            // of the thin lens: some of its rays are blocked
   // Jobs of wavelengths only: where a ray goes depends on its wavelength.
   bool disperses = false;
   // Depths (along z; distances for sensors that see all around) between which things are seen; far_clip 0: no

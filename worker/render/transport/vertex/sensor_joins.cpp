@@ -58,10 +58,14 @@ void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, const W
   ray.key = bit_cast<std::int32_t>(key);
   ray.layers = join.layers;
   ray.inverse_weight = join.inverse_weight;
+  add(ray, join.eye.raster, wavelengths, shines);
+}
+
+void SensorJoins::add(WideConnection ray, Vec2 raster, const Wavelengths& wavelengths, Mask shines) {
   ray.wavelengths = wavelengths;
   const int at = connections_.size;
-  compress_store(join.eye.raster.x, shines, film_x_ + at);
-  compress_store(join.eye.raster.y, shines, film_y_ + at);
+  compress_store(raster.x, shines, film_x_ + at);
+  compress_store(raster.y, shines, film_y_ + at);
   if constexpr (kSpectral) append_lanes(wavelengths, shines, wavelengths_, at);
   connections_.size += append(scene_, ray, shines, connections_, at);
   for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;

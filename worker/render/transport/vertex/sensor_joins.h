@@ -40,6 +40,8 @@ class SensorJoins {
   /// Adds joins, no more than a batch has paths before they are traced. `key` is that of random numbers on
   /// the way, in volumetric scenes.
   void add(const Vertex& v, const SensorJoin& join, UInt key, const Wavelengths& wavelengths, Mask shines);
+  /// Adds rays that bring light to these places of the film, in pixels, if nothing is in their way.
+  void add(WideConnection ray, Vec2 raster, const Wavelengths& wavelengths, Mask shines);
   void trace(Film& film);
 
  private:

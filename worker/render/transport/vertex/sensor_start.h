@@ -7,6 +7,17 @@
 
 namespace tessera::render::TESSERA_ISA {
 
+/// What a path carries that begins with this ray.
+TESSERA_INLINE Spectrum carried_by(const SensorRay& ray) {
+  Spectrum beta(ray.weight);
+  if constexpr (!kSpectral) {
+    beta.c[0] = beta.c[0] * ray.tint.x;
+    beta.c[1] = beta.c[1] * ray.tint.y;
+    beta.c[2] = beta.c[2] * ray.tint.z;
+  }
+  return beta;
+}
+
 /// Sixteen paths that leave the sensor with these samples, whose own wavelength is set here; their layer
 /// state is 0. Where the lens disperses, only the first of their wavelengths goes on.
 TESSERA_INLINE WidePath start_at_sensor(const SceneTables& scene, SensorSample sample,
@@ -15,9 +26,9 @@ TESSERA_INLINE WidePath start_at_sensor(const SceneTables& scene, SensorSample s
   const SensorRay ray = start_ray(scene.sensor, sample);
   WidePath path{.origin = ray.origin,
                 .direction = ray.direction,
-                .beta = Spectrum(ray.weight),
+                .beta = carried_by(ray),
                 .wavelengths = wavelengths,
-                .pdf = Float(0.0f),
+                .pdf = ray.pdf,
                 .roulette_scale = Float(1.0f),
                 .slot = slot,
                 .normal = {Float(0.0f), Float(0.0f), Float(0.0f)},
