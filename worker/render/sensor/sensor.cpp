@@ -4,6 +4,7 @@
 
 #include "render/core/affine.h"
 #include "render/core/motion.h"
+#include "render/sensor/distortion.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -51,12 +52,17 @@ void set_model(SensorKind kind, const SensorModel& model) { models.set(kind, mod
 SensorKind add_sensor_model(const SensorModel& model) { return models.add(model); }
 
 SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
-  const Vec2 place{fma(sample.raster.x, Float(sensor.scale_x), Float(sensor.offset_x)),
-                   fma(sample.raster.y, Float(sensor.scale_y), Float(sensor.offset_y))};
+  Vec2 place{fma(sample.raster.x, Float(sensor.scale_x), Float(sensor.offset_x)),
+             fma(sample.raster.y, Float(sensor.scale_y), Float(sensor.offset_y))};
+  Mask on_film = Mask::all();
+  if (sensor.distortion) {
+    const MovedPlace seen = undistort(*sensor.distortion, place);
+    place = seen.place, on_film = seen.valid;
+  }
   const SensorModel& model = sensor_model(sensor.kind);
-  const LocalRay ray = sensor.disperses
-                           ? model.start_dispersed(sensor, place, sample.u_lens, sample.wavelength)
-                           : model.start(sensor, place, sample.u_lens);
+  LocalRay ray = sensor.disperses ? model.start_dispersed(sensor, place, sample.u_lens, sample.wavelength)
+                                  : model.start(sensor, place, sample.u_lens);
+  if (sensor.distortion) ray.valid &= on_film;
   const WideAffine pose = pose_at(sensor, sample.time);
   SensorRay result{transform_vector(pose, ray.origin),
                    normalize(transform_vector(pose, ray.direction)),
@@ -82,14 +88,22 @@ SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 
   Vec3 p{along(0), along(1), along(2)};
   const Float unit_of_depth = length(axis(2));
   const bool has_axis = sensor_model(sensor.kind).traits.has_axis;
-  const Float depth = has_axis ? p.z * unit_of_depth : length(point);
-  const Mask in_front = active & ((has_axis ? p.z : depth) > 0.0f) & (depth > sensor.near_clip);
+  const Mask in_front = active & ((has_axis ? p.z : length(point)) > 0.0f);
   const Vec3 seen{p.x, p.y, select(in_front, p.z, 1.0f)};
-  const LocalConnection local = sensor_model(sensor.kind).connect(sensor, seen, u_lens);
+  LocalConnection local = sensor_model(sensor.kind).connect(sensor, seen, u_lens);
+  if (sensor.distortion) {
+    const MovedPlace film = distort(*sensor.distortion, local.place);
+    local.place = film.place;
+    // The samples of a pixel are spread over the undistorted places that it sees.
+    const Float density = 1.0f / max(film.area, 1e-20f);
+    local.importance = local.importance * density, local.density = local.density * density;
+    local.valid &= film.valid;
+  }
   SensorConnection result;
   result.raster = {(local.place.x - sensor.offset_x) * (1 / sensor.scale_x),
                    (local.place.y - sensor.offset_y) * (1 / sensor.scale_y)};
   result.lens = transform_vector(pose, local.lens);
+  const Float depth = has_axis ? (p.z - local.lens.z) * unit_of_depth : length(point - result.lens);
   if (is_elsewhere(sensor)) result.lens = result.lens + place_of(pose);
   // The model's were for areas of sensor space, as seen along the ray: volumes scale by the product of the
   // axes' lengths, and the ray takes its own part of that.
@@ -99,7 +113,7 @@ SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 
   result.importance = local.importance * scale;
   result.density = local.density * scale;
   result.open_part = sensor.near_clip > 0 ? 1.0f - sensor.near_clip / max(depth, 1e-30f) : Float(1.0f);
-  result.valid = in_front & local.valid;
+  result.valid = in_front & local.valid & (depth > sensor.near_clip);
   if (sensor.far_clip > 0) result.valid &= depth <= sensor.far_clip;
   return result;
 }

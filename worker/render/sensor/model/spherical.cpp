@@ -32,6 +32,35 @@ class EquirectangularSensor final : public SensorModel {
   }
 };
 
+/// Columns are even in longitude, rows in the height over the unit sphere's equator: all pixels see the same
+/// solid angle [Lambert 1772].
+class EqualAreaCylindricalSensor final : public SensorModel {
+ public:
+  EqualAreaCylindricalSensor() : SensorModel(kAboutPoint) {}
+
+  LocalRay start(const SensorRecord&, Vec2 square, Vec2) const override {
+    // Beyond a pole, the meridian is the opposite one (RasterEdges::kOverPole).
+    const Float row = 1.0f - abs(1.0f - abs(square.y));
+    const Mask over = row != square.y;
+    const Float phi = 2.0f * kPi * (square.x + select_or_zero(over, Float(0.5f)));
+    const Float sin_theta = 2.0f * safe_sqrt(row * (1.0f - row));
+    return {sensor_origin(), {sin_theta * cos(phi), 1.0f - 2.0f * row, sin_theta * sin(phi)}};
+  }
+  LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2) const override {
+    const Float turn = atan2(point.z, point.x) * kInv2Pi;
+    const Float distance = max(length(point), 1e-30f);
+    // Half of 1 - cos, by the half that keeps its digits.
+    const Float across = (sqr(point.x) + sqr(point.z)) / sqr(distance);
+    const Float near_pole = 0.5f * across / (1.0f + abs(point.y) / distance);
+    const Vec2 square{select(turn < 0.0f, turn + 1.0f, turn),
+                      select(point.y > 0.0f, near_pole, 1.0f - near_pole)};
+    return from_point(sensor, point, square, Float(1 / (4 * kPi)));
+  }
+  Float pixel_width(const SensorRecord& sensor, Float distance) const override {
+    return distance * std::max(2 * kPi * std::abs(sensor.scale_x), 2 * std::abs(sensor.scale_y));
+  }
+};
+
 /// All pixels see the same solid angle.
 class OctahedralSensor final : public SensorModel {
  public:
@@ -55,6 +84,7 @@ class OctahedralSensor final : public SensorModel {
 }  // namespace
 
 const ModelOf<EquirectangularSensor> equirectangular(SensorKind::kEquirectangular);
+const ModelOf<EqualAreaCylindricalSensor> equal_area_cylindrical(SensorKind::kEqualAreaCylindrical);
 const ModelOf<OctahedralSensor> octahedral(SensorKind::kOctahedral);
 
 }  // namespace tessera::render::TESSERA_ISA

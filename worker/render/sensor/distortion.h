@@ -1,0 +1,20 @@
+// Places of a distorted film, and those that a sensor without distortion has for the same rays.
+#pragma once
+
+#include "render/core/vec.h"
+#include "render/sensor/distortion_table.h"
+
+namespace tessera::render::TESSERA_ISA {
+
+struct MovedPlace {
+  Vec2 place;
+  Float area;  // of undistorted places for one of the film's
+  Mask valid;  // else it is beyond the table
+};
+
+/// The undistorted place that a place of the film sees.
+MovedPlace undistort(const DistortionTable& table, Vec2 film);
+/// The place of the film that sees an undistorted place, by Newton's method.
+MovedPlace distort(const DistortionTable& table, Vec2 undistorted);
+
+}  // namespace tessera::render::TESSERA_ISA
