@@ -41,6 +41,11 @@ LocalConnection SensorModel::connect(const SensorRecord&, Vec3, Vec2) const {
   return {};
 }
 
+LocalConnection SensorModel::connect_dispersed(const SensorRecord& sensor, Vec3 point, Vec2 u_lens,
+                                               Float) const {
+  return connect(sensor, point, u_lens);
+}
+
 LocalRay SensorModel::start_dispersed(const SensorRecord& sensor, Vec2 place, Vec2 u_lens, Float) const {
   return start(sensor, place, u_lens);
 }
@@ -79,7 +84,7 @@ SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
 }
 
 SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 u_lens, Float time,
-                                   Mask active) {
+                                   Mask active, Float wavelength) {
   const WideAffine pose = pose_at(sensor, time);
   if (is_elsewhere(sensor)) point = point - place_of(pose);
   // Sensor space: the axes of the sensor's frame are orthogonal, but may be scaled.
@@ -90,7 +95,9 @@ SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 
   const bool has_axis = sensor_model(sensor.kind).traits.has_axis;
   const Mask in_front = active & ((has_axis ? p.z : length(point)) > 0.0f);
   const Vec3 seen{p.x, p.y, select(in_front, p.z, 1.0f)};
-  LocalConnection local = sensor_model(sensor.kind).connect(sensor, seen, u_lens);
+  const SensorModel& model = sensor_model(sensor.kind);
+  LocalConnection local = sensor.disperses ? model.connect_dispersed(sensor, seen, u_lens, wavelength)
+                                           : model.connect(sensor, seen, u_lens);
   if (sensor.distortion) {
     const MovedPlace film = distort(*sensor.distortion, local.place);
     local.place = film.place;

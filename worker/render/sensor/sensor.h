@@ -93,6 +93,9 @@ class SensorModel {
   /// How a point of sensor space is seen, which with Traits::has_axis has a depth above 0; only with
   /// Traits::connects. Importance and density are by areas of sensor space.
   virtual LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2 u_lens) const;
+  /// The same for light of this wavelength, in nanometres; with SensorRecord::disperses only.
+  virtual LocalConnection connect_dispersed(const SensorRecord& sensor, Vec3 point, Vec2 u_lens,
+                                            Float wavelength) const;
   /// The width of what one pixel in the middle of the raster sees, `distance` along its ray, in render space.
   virtual Float pixel_width(const SensorRecord& sensor, Float distance) const = 0;
 
@@ -109,9 +112,9 @@ SensorKind add_sensor_model(const SensorModel& model);
 
 SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample);
 
-/// For sensors that connect to points.
+/// For sensors that connect to points. `wavelength`: as in SensorSample.
 SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 u_lens, Float time,
-                                   Mask active);
+                                   Mask active, Float wavelength = Float(kMiddleNm));
 
 /// Whether rays that leave the sensor have weights other than 1.
 inline bool weighs_rays(const SensorRecord& sensor) { return sensor_model(sensor.kind).traits.weighs; }

@@ -14,6 +14,7 @@
 
 namespace tessera::render {
 
+struct HoleTable;        // hole_table.h
 struct LensTable;        // lens_table.h
 struct ShutterTable;     // shutter_table.h
 struct DistortionTable;  // distortion_table.h
@@ -34,6 +35,7 @@ enum class SensorKind : std::int32_t {
   kFisheyeStereographic,
   kFisheyeOrthographic,
   kLensSystem,
+  kHole,
   kTiltedLens,
   kEqualAreaCylindrical,
   kCubeMap,
@@ -67,6 +69,7 @@ inline RasterTraits raster_of(SensorKind kind) {
     case SensorKind::kThinLens:
     case SensorKind::kTiltedLens:
     case SensorKind::kLensSystem:  // as its principal rays see it, but for distortion
+    case SensorKind::kHole:        // as rays through its middle see it
       return {RasterShape::kPlane};
     case SensorKind::kOrthographic:
     case SensorKind::kOrthographicLens:
@@ -107,6 +110,7 @@ struct SensorRecord {
   float focal_distance = 1;
   float circle_angle = std::numbers::pi_v<float>;  // fisheyes see no farther from the axis, radians
   std::shared_ptr<const LensTable> lens;           // kLensSystem; thin lenses that are not round, or tilted
+  std::shared_ptr<const HoleTable> hole;           // kHole
   std::shared_ptr<const DistortionTable> distortion;  // of the raster's places, if any
   std::shared_ptr<const PanoramaTable> panorama;      // kCubeMap, kPanorama
   bool has_barrel = false;                            // of the thin lens: some of its rays are blocked

@@ -6,6 +6,7 @@
 
 #include "render/integrator/scene_tables.h"
 #include "render/sensor/distortion_table.h"
+#include "render/sensor/hole_table.h"
 #include "render/sensor/lens_table.h"
 #include "render/sensor/panorama_table.h"
 #include "render/sensor/shutter_table.h"
@@ -66,11 +67,13 @@ TESSERA_MEMBERS(Response, exposure, sensitivity)
 TESSERA_MEMBERS(LensTable, aperture, tilt, surfaces, coefficients, edges, ratios, wavelengths, first_nm,
                 wavelengths_per_nm, film_distance, units_per_mm, pupil_z, rings, cells_x, cells_y,
                 cells_per_mm_x, cells_per_mm_y, first_x, first_y, pupil, weight)
+TESSERA_MEMBERS(HoleTable, radius, spread, inward, weight, quantiles, wavelengths, first_nm,
+                wavelengths_per_nm)
 TESSERA_MEMBERS(DistortionTable, smooth, grid, nodes, start_grid, starts, near)
 TESSERA_MEMBERS(ShutterTable, knots, rows, from_last, across, duration)
 TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, shutter, scale_x, scale_y, offset_x, offset_y,
-                circle_angle, lens_radius, focal_distance, lens, distortion, panorama, has_barrel, disperses,
-                near_clip, far_clip, width, height, medium, response)
+                circle_angle, lens_radius, focal_distance, lens, hole, distortion, panorama, has_barrel,
+                disperses, near_clip, far_clip, width, height, medium, response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)
 TESSERA_MEMBERS(PixelFilterRecord, kind, x, y)
 TESSERA_MEMBERS(LayerAutomaton, states, events, ends, begin, next, layers, shadows)

@@ -48,7 +48,7 @@ void Bidirectional::shade_packet(int packet, int depth) {
     return;
   }
   e.weights = arrive_at(scene_, v, depth, e.reference.p, e.numbers.get_2d(dimension::kLens),
-                        lights_.paths_a_pass(), e.weights, e.met);
+                        e.path.wavelengths, lights_.paths_a_pass(), e.weights, e.met);
   const Mask wanted = joinable(v, e.met);
   sample_one_light(e, wanted);
   join_to_light_subpaths(e, wanted);

@@ -114,11 +114,12 @@ void LightSubpaths::join_to_sensor(const LightVertex& here, int event, const Sam
                                    const FilmRect& rect) {
   if (!connects_to_points(scene_.sensor) || none(here.joinable) || !filter_.wants(event + 2, 1)) return;
   const Vec2 u_lens = numbers.get_2d(first_pair(event) + dimension::kJoinLens);
-  SensorJoin join = sensor_join(scene_, here.vertex, here.beta, u_lens, rect, here.joinable);
+  SensorJoin join = sensor_join(scene_, here.vertex, here.beta, here.dispersed, here.wavelengths, u_lens,
+                                rect, here.joinable);
   if (none(join.seen)) return;
   if (filter_.all()) {
-    const Float density = join.eye.importance * UnitArea(scene_.lights).size *
-                          cosine_at(here.vertex, join.w) * (1.0f / paths_a_pass_);
+    const Float density = join.eye.density * UnitArea(scene_.lights).size * cosine_at(here.vertex, join.w) *
+                          (1.0f / paths_a_pass_);
     const Float weight =
         weight_of_way(here.weights.ways(density, join.back.pdf, merged_at(here.vertex)), Float(0.0f));
     join.value *= weight;

@@ -44,7 +44,8 @@ TESSERA_INLINE Float back_density(const SceneTables& scene, const EyeVertex& z, 
 /// where it was last scattered. Another subpath would find the same point of the lens, that of `u_lens`, so
 /// many times where one from the eye does once.
 TESSERA_INLINE PartialWeights arrive_at(const SceneTables& scene, const Vertex& v, int depth, Vec3 before,
-                                        Vec2 u_lens, float subpaths, PartialWeights weights, Mask hit) {
+                                        Vec2 u_lens, const Wavelengths& wavelengths, float subpaths,
+                                        PartialWeights weights, Mask hit) {
   const Float cosine = cosine_at(v, v.wo);
   if (depth > 0) {
     weights.arrive(length_squared(v.surface.p - before) * UnitArea(scene.lights).inverse, cosine);
@@ -52,7 +53,8 @@ TESSERA_INLINE PartialWeights arrive_at(const SceneTables& scene, const Vertex& 
   }
   weights = {Float(0.0f), Float(0.0f)};
   if (!connects_to_points(scene.sensor)) return weights;
-  const SensorConnection eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, hit);
+  const SensorConnection eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, hit,
+                                                 first_wavelength(wavelengths, Float(kMiddleNm)));
   weights.last = power(subpaths / max(eye.density * UnitArea(scene.lights).size * cosine, 1e-30f));
   return weights;
 }

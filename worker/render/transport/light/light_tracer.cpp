@@ -29,7 +29,8 @@ void LightTracer::join_to_sensor(const LightEvent& e, Mask hit, const FilmRect& 
   const Mask wanted = joinable(e.vertex, hit);
   if (none(wanted)) return;
   const Vec2 lens = e.sampler.get_2d(e.first_pair + dimension::kJoinLens);
-  SensorJoin join = sensor_join(scene_, e.vertex, e.path.beta, lens, rect, wanted);
+  SensorJoin join =
+      sensor_join(scene_, e.vertex, e.path.beta, e.path.dispersed, e.path.wavelengths, lens, rect, wanted);
   if (none(join.seen)) return;
   if (tells_layers(scene_)) {
     const Int state = light_state_after(scene_, e.vertex, e.path.layer_state, join.w, e.vertex.wo,

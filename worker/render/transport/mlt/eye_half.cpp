@@ -95,8 +95,8 @@ void PathMaker::shade_eye(PathBatch& batch, int depth) {
     e.choice = e.random(dimension::kChoice);
     e.find_scattering(scene_);
     disperse_at(scene_, v, e.met, e.path);
-    e.weights = arrive_at(scene_, v, depth, e.reference.p, e.numbers.get_2d(dimension::kLens), film_area_,
-                          e.weights, scattered);
+    e.weights = arrive_at(scene_, v, depth, e.reference.p, e.numbers.get_2d(dimension::kLens),
+                          e.path.wavelengths, film_area_, e.weights, scattered);
     if (const Mask joined = joinable(v, scattered & ends); any(joined)) {
       sample_one_light(batch, e, joined & (from_light == 1));
       for (int event = 0; event < kept_.events(); ++event) {

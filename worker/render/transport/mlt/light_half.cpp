@@ -95,10 +95,11 @@ void PathMaker::join_to_sensor(PathBatch& batch, const LightVertex& here, int ev
   const Vec2 u_lens = PrimaryNumbers(batch, packet).get_2d(first_light_pair(event) + dimension::kJoinLens);
   const FilmRect film{0, 0, static_cast<std::uint32_t>(scene_.sensor.width),
                       static_cast<std::uint32_t>(scene_.sensor.height)};
-  SensorJoin join = sensor_join(scene_, here.vertex, here.beta, u_lens, film, wanted);
+  SensorJoin join =
+      sensor_join(scene_, here.vertex, here.beta, here.dispersed, here.wavelengths, u_lens, film, wanted);
   if (none(join.seen)) return;
-  const Float density = join.eye.importance * UnitArea(scene_.lights).size * cosine_at(here.vertex, join.w) *
-                        (1.0f / film_area_);
+  const Float density =
+      join.eye.density * UnitArea(scene_.lights).size * cosine_at(here.vertex, join.w) * (1.0f / film_area_);
   const Float weight = weight_of_way(here.weights.ways(density, join.back.pdf, Float(0.0f)), Float(0.0f));
   join.value *= weight * scale_of(batch, packet, false);
   Mask shines = join.seen;

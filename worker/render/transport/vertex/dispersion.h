@@ -16,12 +16,17 @@ TESSERA_INLINE Spectrum first_alone(Mask lanes, Spectrum light) {
   return light;
 }
 
+/// Light of the first wavelength, standing for all, in these lanes.
+TESSERA_INLINE Spectrum first_for_all(Mask lanes, Spectrum light) {
+  light.c[0] = select(lanes, light.c[0] * static_cast<float>(kSpectrumLanes), light.c[0]);
+  return first_alone(lanes, light);
+}
+
 /// Ends the other wavelengths of these paths, where that has not been done yet.
 TESSERA_INLINE void end_other_wavelengths(Mask lanes, WidePath& path) {
   const Mask now = lanes & (path.dispersed == 0);
   if (none(now)) return;
-  path.beta.c[0] = select(now, path.beta.c[0] * static_cast<float>(kSpectrumLanes), path.beta.c[0]);
-  path.beta = first_alone(now, path.beta);
+  path.beta = first_for_all(now, path.beta);
   path.dispersed = select(now, Int(1), path.dispersed);
 }
 

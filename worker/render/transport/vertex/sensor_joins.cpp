@@ -6,6 +6,7 @@
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sensor/respond.h"
+#include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/light_start.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -23,10 +24,11 @@ Mask lands(const SceneTables& scene, Vec2 film, const FilmRect& rect) {
 
 }  // namespace
 
-SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
-                       const FilmRect& rect, Mask wanted) {
+SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Int dispersed,
+                       const Wavelengths& wavelengths, Vec2 u_lens, const FilmRect& rect, Mask wanted) {
   SensorJoin join;
-  join.eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, wanted);
+  join.eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, wanted,
+                               first_wavelength(wavelengths, Float(kMiddleNm)));
   join.seen = wanted & join.eye.valid & lands(scene, join.eye.raster, rect);
   if (none(join.seen)) return join;
   const Vec3 to_eye = join.eye.lens - v.surface.p;
@@ -37,6 +39,7 @@ SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta,
   join.back = eval_scattering(scene, v, join.w, v.wo, join.seen);
   const Float geometry =
       join.eye.importance * abs(dot(join.w, v.surface.ng)) / max(abs(dot(v.wo, v.surface.ng)), 1e-6f);
+  if (kSpectral && scene.sensor.disperses) beta = first_for_all(dispersed == 0, beta);
   join.value = beta * join.back.f_cos *
                (select(v.in_medium, join.eye.importance, geometry) * scene.sensor.response.exposure);
   return join;

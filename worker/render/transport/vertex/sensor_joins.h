@@ -23,9 +23,9 @@ struct SensorJoin {
   Float inverse_weight{1.0f};  // ConnectionFields::inverse_weight
 };
 
-/// `beta` is what the path carries to the vertex.
-SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Vec2 u_lens,
-                       const FilmRect& rect, Mask wanted);
+/// `beta` is what the path carries to the vertex; `dispersed`: PathFields::dispersed.
+SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Int dispersed,
+                       const Wavelengths& wavelengths, Vec2 u_lens, const FilmRect& rect, Mask wanted);
 
 /// The ray of such a join, with what it carries. Lanes of `shines` whose light cannot be summed, or that have
 /// none, are taken from it.
