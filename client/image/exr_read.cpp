@@ -13,6 +13,7 @@
 #include <OpenEXR/ImfRgbaFile.h>
 #include <OpenEXR/ImfStringAttribute.h>
 #include <OpenEXR/ImfTimeCodeAttribute.h>
+#include <OpenEXR/ImfVecAttribute.h>
 
 #include <algorithm>
 #include <filesystem>
@@ -100,6 +101,10 @@ void read_metadata(const Imf::Header& header, Image& image) {
       const auto at = [](const Imath::V2f& xy) { return spectra::Chromaticity{xy.x, xy.y}; };
       if (std::string_view(it.name()) == kChromaticities)
         set_space({at(c.red), at(c.green), at(c.blue), at(c.white)}, image);
+    } else if (const auto* pair = dynamic_cast<const Imf::V2fAttribute*>(&attribute)) {
+      // A required attribute, which each file gets when it is written.
+      if (std::string_view(it.name()) != "screenWindowCenter")
+        image.metadata[it.name()] = NumberPair{pair->value().x, pair->value().y};
     }
   }
 }

@@ -57,6 +57,10 @@ struct AttributeSetter {
     const exr_attr_chromaticities_t value = {xy[0], xy[1], xy[2], xy[3], xy[4], xy[5], xy[6], xy[7]};
     return exr_attr_set_chromaticities(context, part, name, &value);
   }
+  exr_result_t operator()(const NumberPair& pair) const {
+    const exr_attr_v2f_t value = {pair.x, pair.y};
+    return exr_attr_set_v2f(context, part, name, &value);
+  }
 };
 
 void write_header(const ExrFile& file, const Image& image, const ExrPart& part, const ExrFormat& format) {

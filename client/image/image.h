@@ -50,8 +50,14 @@ struct Chromaticities {
   bool operator==(const Chromaticities&) const = default;
 };
 
+/// Two numbers, such as a chromaticity or a film's width and height.
+struct NumberPair {
+  float x = 0, y = 0;
+  bool operator==(const NumberPair&) const = default;
+};
+
 using MetadataValue =
-    std::variant<std::string, std::int32_t, float, Rational, TimeCode, RowMatrix, Chromaticities>;
+    std::variant<std::string, std::int32_t, float, Rational, TimeCode, RowMatrix, Chromaticities, NumberPair>;
 
 /// Linear Rec.709 unless a channel's name, or the metadata, say otherwise (color_space.h).
 struct Image {
