@@ -25,6 +25,29 @@ bool differ(const v1::Matrix& start, const v1::Matrix& end) {
   return !std::ranges::equal(start.elements(), end.elements());
 }
 
+bool moves(const v1::Shape& shape) {
+  return differ(shape.world_from_object(), shape.world_from_object_end()) ||
+         !shape.mesh().later_blobs().empty() || !shape.curves().later_points().empty();
+}
+
+bool differ(const v1::Point3& start, const v1::Point3& end) {
+  return start.x() != end.x() || start.y() != end.y() || start.z() != end.z();
+}
+
+bool moves(const v1::Light& light) {
+  const v1::SpotLight& spot = light.spot();
+  return (light.point().has_position_end() &&
+          differ(light.point().position(), light.point().position_end())) ||
+         (spot.has_position_end() && differ(spot.position(), spot.position_end())) ||
+         (spot.has_target_end() && differ(spot.target(), spot.target_end())) ||
+         (spot.has_up_end() && differ(spot.up(), spot.up_end())) ||
+         (light.distant().has_direction_end() &&
+          differ(light.distant().direction(), light.distant().direction_end())) ||
+         differ(light.infinite().world_from_light(), light.infinite().world_from_light_end()) ||
+         differ(light.projection().world_from_light(), light.projection().world_from_light_end()) ||
+         differ(light.goniometric().world_from_light(), light.goniometric().world_from_light_end());
+}
+
 bool comes_from_infinity(const v1::Light& light) { return light.has_infinite() || light.has_distant(); }
 
 /// Whether builders make triangles of the shape where an algorithm knows nothing else.
@@ -50,12 +73,15 @@ class ObstacleFinder {
       if (light.infinite().portal_size() > 0)
         add(light, place_in_scene("light", i, light.name()), "cannot begin at a portal");
     }
+    for (int i = 0; i < scene_.lights_size() && still_; ++i) {
+      if (moves(scene_.lights(i)))
+        add(scene_.lights(i), place_in_scene("light", i, scene_.lights(i).name()), still_);
+    }
     if (!still_ && !algorithm_.starts_at_lights && !algorithm_.diffuse_only) return std::move(found_);
-    look_into(scene_, "", false);
+    look_into(scene_, "");
     const std::set<std::string_view> placed = placed_objects();
     for (const v1::Object& object : scene_.objects()) {
-      if (placed.contains(object.name()))
-        look_into(object, absl::StrCat("object '", object.name(), "', "), true);
+      if (placed.contains(object.name())) look_into(object, absl::StrCat("object '", object.name(), "', "));
     }
     return std::move(found_);
   }
@@ -69,11 +95,11 @@ class ObstacleFinder {
 
   /// Looks at the shapes and instances of the scene, or of an object.
   template <class Holder>
-  void look_into(const Holder& holder, const std::string& where, bool is_object) {
+  void look_into(const Holder& holder, const std::string& where) {
     for (int i = 0; i < holder.shapes_size() && !full(); ++i) {
       const v1::Shape& shape = holder.shapes(i);
       if (is_nothing(shape, material_of(shape))) continue;
-      if (const char* const reason = obstacle_of(shape, is_object); reason != nullptr)
+      if (const char* const reason = obstacle_of(shape); reason != nullptr)
         add(shape, where + place_in_scene("shape", i, shape.name()), reason);
       if (wants_diffuse_) look_at_material(shape.material());
     }
@@ -84,10 +110,8 @@ class ObstacleFinder {
     }
   }
 
-  const char* obstacle_of(const v1::Shape& shape, bool in_object) const {
-    // Emitters of the world stay where they are.
-    const bool may_move = in_object || !shape.has_area_light() || shape.has_curves();
-    if (still_ && may_move && differ(shape.world_from_object(), shape.world_from_object_end())) return still_;
+  const char* obstacle_of(const v1::Shape& shape) const {
+    if (still_ && moves(shape)) return still_;
     if (algorithm_.starts_at_lights && shape.has_curves() && shape.curves().kind() != v1::Curves::RIBBON)
       return "cannot light flat curves and cylinders, which turn to whoever looks";
     if (lights_planes_ && shape.has_half_space())

@@ -96,10 +96,11 @@ Rays emit_rays(const Lamp& lamp, unsigned seed) {
   constexpr int kRays = 1 << 16;
   for (int i = 0; i < kRays; i += kWidth) {
     const Vec2 place = random.next_2d(), direction = random.next_2d();
-    const Emission ray = sample_emission(lamp.table, Int(0), place, direction, Mask::all());
+    const Emission ray = sample_emission(lamp.table, Int(0), Float(0.0f), place, direction, Mask::all());
     const Float seen = seen_along(lamp, ray, ray.normal, direction);
-    const EmissionDensity density = emission_density(
-        lamp.table, Int(0), ray.origin, dot(ray.normal, ray.direction), ray.direction, Mask::all());
+    const EmissionDensity density =
+        emission_density(lamp.table, Int(0), Float(0.0f), ray.origin, dot(ray.normal, ray.direction),
+                         ray.direction, Mask::all());
     for (int l = 0; l < kWidth; ++l) {
       ++rays.all;
       if (!(ray.valid.bits() >> l & 1)) continue;
@@ -150,7 +151,7 @@ TEST(LightEmission, SoftLightsSendFromBothSidesOfTheirSphere) {
     Point mean;
     for (int i = 0; i < 1 << 16; i += kWidth) {
       const Emission ray =
-          sample_emission(lamp.table, Int(0), random.next_2d(), random.next_2d(), Mask::all());
+          sample_emission(lamp.table, Int(0), Float(0.0f), random.next_2d(), random.next_2d(), Mask::all());
       for (int l = 0; l < kWidth; ++l) {
         const Point out = lane(ray.origin, l) - centre, normal = lane(ray.normal, l);
         ASSERT_NEAR(length(out), record.radius, 1e-6 * 4);  // the coordinates' size

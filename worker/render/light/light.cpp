@@ -2,6 +2,7 @@
 
 #include "render/color/texture.h"
 #include "render/light/light_access.h"
+#include "render/light/moving_lights.h"
 
 namespace tessera::render::TESSERA_ISA {
 namespace {
@@ -18,6 +19,14 @@ Color texture_factor(const LightTable& table, Int light, const TexturePoint& at,
     factor = select(lanes, eval_texture(*table.textures, t, at, lanes), factor);
   });
   return factor;
+}
+
+/// Hit::instance of lights on shapes; -1 where they stand still.
+Int place_of_moving_lights(const LightTable& table, Int light, Mask active) {
+  const Int motion = gather(table.moving->motion_of_light.data(), light, active);
+  const Mask moves = active & (motion >= 0);
+  return select(moves, gather_member(table.moving->motions.data(), &LightMotion::instance, motion, moves),
+                Int(-1));
 }
 
 constinit ModelTable<LightModel, LightKind> models;
@@ -64,14 +73,15 @@ LightSample sample_light(const LightTable& table, Int light, const Receiver& fro
   if (table.any_textures) {
     const Vec3 point = fma(result.wi, result.distance, from.p);
     const Mask lit = result.valid & active;
-    result.radiance =
-        select(lit, result.radiance * emission_texture(table, light, point, result.barycentric, lit),
-               result.radiance);
+    result.radiance = select(
+        lit, result.radiance * emission_texture(table, light, from.time, point, result.barycentric, lit),
+        result.radiance);
   }
   return result;
 }
 
-Color emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active) {
+Color emission_texture(const LightTable& table, Int light, Float time, Vec3 point, Vec2 barycentric,
+                       Mask active) {
   const auto field = [&](std::int32_t LightRecord::*member) {
     return gather_member(table.lights.data(), member, light, active);
   };
@@ -79,7 +89,9 @@ Color emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 bary
   const Mask textured = active & (shape >= 0) & (field(&LightRecord::texture) >= 0);
   if (none(textured)) return Color(1.0f);
   // Quadrics are found again from a point near them.
-  const Hit hit{Float(0.0f), barycentric.x, barycentric.y, field(&LightRecord::primitive), shape, Int(-1)};
+  const Int place = table.moving == nullptr ? Int(-1) : place_of_moving_lights(table, light, textured);
+  const Hit hit{Float(0.0f), barycentric.x, barycentric.y, field(&LightRecord::primitive),
+                shape,       place,         time};
   const Vec3 zero{Float(0.0f), Float(0.0f), Float(0.0f)};
   return texture_factor(
       table, light, texture_point(surface_at(*table.shapes, hit, point, zero, textured, false)), textured);

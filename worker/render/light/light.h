@@ -20,6 +20,9 @@ struct Receiver {
   // In all lanes: so far down a path that sampling a light precisely would cost more than it saves.
   bool roughly = false;
 
+  // When light falls on it, from 0 (the shutter opens) to 1: lights that move are where they are then.
+  Float time = Float(0.0f);
+
   TESSERA_INLINE Receiver(Vec3 point) : Receiver(point, {Float(0.0f), Float(0.0f), Float(0.0f)}) {}
   TESSERA_INLINE Receiver(Vec3 point, Vec3 shading_normal) : p(point), normal(shading_normal) {}
 };
@@ -50,6 +53,7 @@ struct Emission {
   Mask valid;
   /// The emitter's geometric normal, on the ray's side; unit length. Zero for lights without one.
   Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};
+  Vec2 barycentric{Float(0.0f), Float(0.0f)};  // place of the origin on a triangle light
 };
 
 /// The densities of such a ray.
@@ -71,13 +75,13 @@ class LightModel : public LightSource {
   /// direction.
   virtual Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
                     Vec3 normal, Mask active) const = 0;
-  /// A ray from the light; `u_place` and `u_direction` are uniform in the unit square.
-  virtual Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+  /// A ray that leaves the light at `time`; `u_place` and `u_direction` are uniform in the unit square.
+  virtual Emission emit(const LightTable& table, Int light, Float time, Vec2 u_place, Vec2 u_direction,
                         Mask active) const = 0;
-  /// The densities with which emit() gives a ray along `direction` from `point`, where the light's geometric
-  /// normal has this cosine with it (both unused by lights without one).
-  virtual EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
-                                           Vec3 direction, Mask active) const = 0;
+  /// The densities with which emit() gives, at `time`, a ray along `direction` from `point`, where the
+  /// light's geometric normal has this cosine with it (both unused by lights without one).
+  virtual EmissionDensity emission_density(const LightTable& table, Int light, Float time, Vec3 point,
+                                           Float cosine, Vec3 direction, Mask active) const = 0;
 };
 
 /// The model of a kind.
@@ -101,8 +105,11 @@ Float light_pdf(const LightTable& table, Int light, const Receiver& from, Vec3 w
 /// Radiance that an area light emits towards `wo` from `surface` (zero from the back of a one-sided emitter).
 Color emitted_radiance(const LightTable& table, Int light, const Surface& surface, Vec3 wo, Mask active);
 
-/// Radiance of one environment light that arrives at `origin` along direction `wi`; `light` is the same for
-/// all lanes.
-Color environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active);
+/// Radiance of one environment light that arrives at `from` along direction `wi`; `light` is the same for all
+/// lanes.
+Color environment_radiance(const LightTable& table, int light, const Receiver& from, Vec3 wi, Mask active);
+/// The same of one that stands still.
+Color still_environment_radiance(const LightTable& table, int light, const Receiver& from, Vec3 wi,
+                                 Mask active);
 
 }  // namespace tessera::render::TESSERA_ISA

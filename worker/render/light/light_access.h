@@ -13,6 +13,13 @@ TESSERA_INLINE Int kind_of(const LightTable& table, Int light, Mask active) {
   return gather(kinds, light * static_cast<std::int32_t>(sizeof(LightRecord) / 4), active);
 }
 
+/// Lanes whose light comes from all around.
+TESSERA_INLINE Mask environment_lanes(const LightTable& table, Int light, Mask active) {
+  const Int kind = kind_of(table, light, active);
+  return active & ((kind == static_cast<std::int32_t>(LightKind::kInfinite)) |
+                   (kind == static_cast<std::int32_t>(LightKind::kMovingInfinite)));
+}
+
 /// The record of all active lanes, if they have one light.
 TESSERA_INLINE const LightRecord* common_light(const LightTable& table, Int light, Mask active) {
   const std::optional<std::int32_t> one = common_value(light, active);
@@ -78,8 +85,9 @@ TESSERA_INLINE LightSample select(Mask m, const LightSample& a, const LightSampl
 
 TESSERA_INLINE Vec3 no_offset() { return {Float(0.0f), Float(0.0f), Float(0.0f)}; }
 
-/// The texture of area lights at points of their surfaces, 1 for lights that have none.
-Color emission_texture(const LightTable& table, Int light, Vec3 point, Vec2 barycentric, Mask active);
+/// The texture of area lights at points of their surfaces at `time`, 1 for lights that have none.
+Color emission_texture(const LightTable& table, Int light, Float time, Vec3 point, Vec2 barycentric,
+                       Mask active);
 
 /// Length of shadow rays to lights at infinity: beyond any scene, and finite when squared.
 inline constexpr float kInfiniteDistance = 1e18f;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -30,16 +31,26 @@ enum class LightKind : std::int32_t {
   kGoniometric,
   kSoftPoint,
   kSoftSpot,
+  kMovingSurface,
+  kMovingPoint,
+  kMovingSoft,
+  kMovingDistant,
+  kMovingInfinite,
   kCount
 };
+
+/// Whether it is light from all around, which paths that miss everything meet.
+inline bool is_environment(LightKind kind) {
+  return kind == LightKind::kInfinite || kind == LightKind::kMovingInfinite;
+}
 
 /// One light: a delta light, an environment, or one emitting primitive (a triangle, a sphere, a disk). Two
 /// triangles that make a rectangle are one light: both have the same record, but for their primitives. Render
 /// space.
 struct LightRecord {
   LightKind kind = LightKind::kPoint;
-  std::int32_t shape = -1;     // kTriangle, kRectangle, kSphere, kDisk, kCylinder
-  std::int32_t primitive = 0;  // kTriangle, kRectangle: within the shape
+  std::int32_t shape = -1;     // kTriangle, kRectangle, kSphere, kDisk, kCylinder, kMovingSurface
+  std::int32_t primitive = 0;  // kTriangle, kRectangle, kMovingSurface: within the shape
   std::int32_t two_sided = 0;
   float radiance[kBands] = {
       0, 0, 0};    // radiance, W/(m2 sr); kPoint, kSpot and soft ones: intensity, W/sr; kDistant: W/m2
@@ -56,7 +67,7 @@ struct LightRecord {
   // kProjection, kGoniometric: rows of the rotation of directions from render to light space.
   float vertices[9] = {};
   std::int32_t texture = -1;  // factor of the radiance, a node of LightTable::textures; -1: none
-  std::int32_t profile = 0;   // LightProfile
+  std::int32_t profile = 0;   // LightProfile; of lights that move, their number in LightTable::lights
   // kProjection, kSpot with a texture: half of the picture's sides at distance 1; kRectangle: its sides;
   // kInterpolated: the probability with which Mitsuba picks the mesh, and the mesh's area.
   float tan_x = 0, tan_y = 0;
@@ -92,6 +103,7 @@ struct Environment {
 };
 
 class LightSource;
+struct MovingLights;  // moving_lights.h
 /// The models of the kernels that are to read a table (light_source.h).
 struct LightSources {
   const LightSource& (*of_kind)(LightKind) = nullptr;
@@ -103,7 +115,7 @@ struct LightSources {
 struct LightTable {
   std::vector<LightRecord> lights;
   std::vector<Environment> environments;
-  std::vector<std::int32_t> infinite_lights;  // indices of the kInfinite lights
+  std::vector<std::int32_t> infinite_lights;  // indices of the lights that are is_environment()
   AliasTable selection;                       // over lights; only zeros in pmf when nothing is to be sampled
   LightTree tree;                             // over lights; where it is empty, `selection` is used
   bool uses_normals = false;                  // sampling and its density look at Receiver::normal
@@ -114,6 +126,7 @@ struct LightTable {
   bool any_interpolated = false;      // some light is kInterpolated
   float scene_centre[3] = {0, 0, 0};  // render space
   float scene_radius = 1;             // radius of a sphere about the scene's bounds, render-space units
+  std::shared_ptr<const MovingLights> moving;  // null: all lights stand still
 };
 
 }  // namespace tessera::render

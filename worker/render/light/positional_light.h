@@ -30,7 +30,7 @@ class PositionalLight : public LightModel {
 
   Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const final { return 0.0f; }
 
-  Emission emit(const LightTable& table, Int light, Vec2, Vec2 u, Mask active) const final {
+  Emission emit(const LightTable& table, Int light, Float, Vec2, Vec2 u, Mask active) const final {
     const LightLanes lanes{table, light, active};
     const Directions chosen = directions(lanes, u);
     const Vec3 position = lanes.field3(&LightRecord::position);
@@ -40,7 +40,7 @@ class PositionalLight : public LightModel {
             active & seen.valid};
   }
 
-  EmissionDensity emission_density(const LightTable& table, Int light, Vec3, Float, Vec3 direction,
+  EmissionDensity emission_density(const LightTable& table, Int light, Float, Vec3, Float, Vec3 direction,
                                    Mask active) const final {
     return {Float(1.0f), direction_density({table, light, active}, direction)};
   }

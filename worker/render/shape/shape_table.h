@@ -46,6 +46,7 @@ enum ShapeFlags : std::int32_t {
   kHasUvs = 4,
   kHasAlpha = 8,       // opacity below 1 somewhere: its Embree geometry has filter functions
   kMediumBorder = 16,  // interior and exterior differ
+  kDeforms = 32,       // kTriangles, kCurves: vertices, or control points, move (key_segments)
 };
 
 /// One shape; its index is its Embree geometry id, in whichever Embree scene it lies. The kernels read the
@@ -70,7 +71,10 @@ struct ShapeRecord {
   // In the scene, from 1 on: its own shapes, then those of its objects, one object after the other. The item
   // buffer has these.
   std::int32_t number = 0;
-  std::int32_t padding[2] = {};
+  // kTriangles with kDeforms: vertices of the keys, at evenly spaced times from 0 to 1, follow one another:
+  // those of key k begin at first_vertex + k * vertex_count. In between, all of a vertex is linear.
+  std::int32_t key_segments = 0;
+  std::int32_t padding = 0;
 };
 static_assert(sizeof(ShapeRecord) == 64);
 
@@ -172,6 +176,12 @@ struct ShapeTable {
     return std::span(shapes).first(shapes.size() - solids);
   }
   bool nested() const { return !inner.empty(); }
+  /// Whether places of points depend on the time.
+  bool moves() const {
+    return !motion_steps.empty() || std::ranges::any_of(shapes, [](const ShapeRecord& shape) {
+      return (shape.flags & kDeforms) != 0;
+    });
+  }
   std::span<const InstanceRecord> inner_of(const ObjectRange& object) const {
     return std::span(inner).subspan(static_cast<std::size_t>(object.first_inner),
                                     static_cast<std::size_t>(object.inner_count));

@@ -20,7 +20,7 @@ Float AreaLight::pdf(const LightTable& table, Int light, const Receiver& from, V
   return pdf_from_point(lanes, from.p, wi, point, normal, density_at(lanes, point));
 }
 
-Emission AreaLight::emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+Emission AreaLight::emit(const LightTable& table, Int light, Float, Vec2 u_place, Vec2 u_direction,
                          Mask active) const {
   const LightLanes lanes{table, light, active};
   const AreaPoint at = sample_point(lanes, u_place);
@@ -34,14 +34,15 @@ Emission AreaLight::emit(const LightTable& table, Int light, Vec2 u_place, Vec2 
 
   Color radiance = lanes.radiance();
   if (table.any_textures)
-    radiance = radiance * emission_texture(table, light, at.point, at.barycentric, active);
+    radiance = radiance * emission_texture(table, light, Float(0.0f), at.point, at.barycentric, active);
   const Float flux = select(two_sided, Float(2 * kPi), Float(kPi)) / at.density;
   const Float error = ray_end_error(at.point, at.point, at.extent, Float(0.0f));
-  return {at.point, normal * error, direction, radiance * flux, active & is_finite(flux), normal};
+  return {at.point, normal * error, direction, radiance * flux, active & is_finite(flux),
+          normal,   at.barycentric};
 }
 
-EmissionDensity AreaLight::emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
-                                            Vec3, Mask active) const {
+EmissionDensity AreaLight::emission_density(const LightTable& table, Int light, Float, Vec3 point,
+                                            Float cosine, Vec3, Mask active) const {
   const LightLanes lanes{table, light, active};
   const Mask two_sided = lanes.field(&LightRecord::two_sided) != 0;
   const Float density = abs(cosine) * select(two_sided, Float(kInv2Pi), Float(kInvPi));

@@ -25,11 +25,12 @@ class DistantLight final : public LightModel {
 
   Float pdf(const LightTable&, Int, const Receiver&, Vec3, Vec3, Vec3, Mask) const override { return 0.0f; }
 
-  Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+  Emission emit(const LightTable& table, Int light, Float time, Vec2 u_place, Vec2 u_direction,
                 Mask active) const override {
-    return emit_from_infinity(*this, table, light, u_place, u_direction, active);
+    return emit_from_infinity(*this, table, light, time, u_place, u_direction, active);
   }
-  EmissionDensity emission_density(const LightTable& table, Int, Vec3, Float, Vec3, Mask) const override {
+  EmissionDensity emission_density(const LightTable& table, Int, Float, Vec3, Float, Vec3,
+                                   Mask) const override {
     return {Float(kInvPi / (table.scene_radius * table.scene_radius)), Float(1.0f)};
   }
 

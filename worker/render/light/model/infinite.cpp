@@ -189,12 +189,12 @@ class InfiniteLight final : public LightModel {
     return result;
   }
 
-  Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+  Emission emit(const LightTable& table, Int light, Float time, Vec2 u_place, Vec2 u_direction,
                 Mask active) const override {
-    return emit_from_infinity(*this, table, light, u_place, u_direction, active);
+    return emit_from_infinity(*this, table, light, time, u_place, u_direction, active);
   }
-  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float, Vec3 direction,
-                                   Mask active) const override {
+  EmissionDensity emission_density(const LightTable& table, Int light, Float, Vec3 point, Float,
+                                   Vec3 direction, Mask active) const override {
     return {Float(kInvPi / (table.scene_radius * table.scene_radius)),
             pdf(table, light, point, -direction, point, direction, active)};
   }
@@ -211,10 +211,11 @@ class InfiniteLight final : public LightModel {
 
 const ModelOf<InfiniteLight> infinite(LightKind::kInfinite);
 
-Color environment_radiance(const LightTable& table, int light, Vec3 origin, Vec3 wi, Mask active) {
+Color still_environment_radiance(const LightTable& table, int light, const Receiver& from, Vec3 wi,
+                                 Mask active) {
   const Environment& e = environment_of(table, light);
   return map_radiance(e, table.lights[static_cast<std::size_t>(light)], wi,
-                      through_portal(e, origin, wi, active));
+                      through_portal(e, from.p, wi, active));
 }
 
 }  // namespace tessera::render::TESSERA_ISA

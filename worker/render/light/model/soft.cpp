@@ -45,9 +45,9 @@ class SoftLight final : public LightModel {
   }
 
   /// The point's ray, which begins anywhere on the disk that the sphere is across the ray, on either wall.
-  Emission emit(const LightTable& table, Int light, Vec2 u_place, Vec2 u_direction,
+  Emission emit(const LightTable& table, Int light, Float time, Vec2 u_place, Vec2 u_direction,
                 Mask active) const override {
-    Emission ray = model().emit(table, light, u_place, u_direction, active);
+    Emission ray = model().emit(table, light, time, u_place, u_direction, active);
     const Mask behind = u_place.x >= 0.5f;
     u_place.x = 2.0f * u_place.x - select(behind, Float(1.0f), Float(0.0f));
     ray.normal = Frame::from_normal(ray.direction).to_world(square_to_cosine_hemisphere(u_place));
@@ -57,9 +57,9 @@ class SoftLight final : public LightModel {
     return ray;
   }
 
-  EmissionDensity emission_density(const LightTable& table, Int light, Vec3 point, Float cosine,
+  EmissionDensity emission_density(const LightTable& table, Int light, Float time, Vec3 point, Float cosine,
                                    Vec3 direction, Mask active) const override {
-    EmissionDensity density = model().emission_density(table, light, point, cosine, direction, active);
+    EmissionDensity density = model().emission_density(table, light, time, point, cosine, direction, active);
     // Floats hold the inverse.
     constexpr float kLeastArea = 1e-30f;
     const Float radius = LightLanes{table, light, active}.field(&LightRecord::radius);

@@ -75,7 +75,10 @@ absl::Status LightBuilder::set_color(const v1::Spectrum& spectrum, float scale, 
   return absl::OkStatus();
 }
 
-void LightBuilder::note_curve() { curves_.resize(table_.lights.size(), latest_.curve); }
+void LightBuilder::note_curve() {
+  curves_.resize(table_.lights.size(), latest_.curve);
+  if (moving_ != nullptr) moving_->motion_of_light.resize(table_.lights.size(), -1);
+}
 
 void LightBuilder::warn_of_color(const std::string& place) {
   if (inputs_.warnings != nullptr && latest_.unreached.is_told())
@@ -113,10 +116,17 @@ void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
 absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
-  if (light.has_infinite()) return add_infinite(light.infinite(), scale);
+  if (light.has_infinite()) return add_infinite(light, scale);
   LightRecord record;
   if (auto s = set_kind(light, scale, record); !s.ok()) return s;
-  table_.lights.push_back(record);
+  const auto motion = motion_of_light(light);
+  if (!motion.ok()) return motion.status();
+  if (motion->moves()) {
+    put_into_own_space(light, record);
+    if (auto s = add_moving_light(*motion, record); !s.ok()) return s;
+  } else {
+    table_.lights.push_back(record);
+  }
   note_curve();
   return absl::OkStatus();
 }
@@ -213,8 +223,12 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& sh
   const v1::AreaLight& light = *emitter.light;
   const auto record = read_area_light(light);
   if (!record.ok()) return record.status();
-  append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
-                     light.interpolated_normal_pick());
+  if (emitter.shape < shapes.world_shape_count) {
+    append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
+                       light.interpolated_normal_pick());
+  } else {
+    add_moving_area_light(emitter, *record, shapes);
+  }
   note_curve();
   return absl::OkStatus();
 }

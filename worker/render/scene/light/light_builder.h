@@ -1,6 +1,7 @@
 // Lights of a scene's messages -> LightTable.
 #pragma once
 
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -8,7 +9,9 @@
 #include "absl/status/statusor.h"
 #include "render/light/light_build.h"
 #include "render/light/light_table.h"
+#include "render/light/moving_lights.h"
 #include "render/scene/blob_source.h"
+#include "render/scene/placement/motion.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/shape/emitter.h"
 #include "render/scene/spectral/spectral_builder.h"
@@ -66,16 +69,32 @@ class LightBuilder {
   /// Warns where nothing has the colour of the latest set_color().
   void warn_of_color(const std::string& place);
 
+  // moving_light.cpp
+  /// The tables of lights that move, which have room for all lights so far.
+  MovingLights& moving();
+  /// Takes a light of render space to the space that its motion begins in.
+  static void put_into_own_space(const v1::Light& light, LightRecord& record);
+  /// `own` has its own space.
+  absl::Status add_moving_light(const Motion& motion, const LightRecord& own);
+  /// The lights of a shape that moves; `light` has what they share.
+  void add_moving_area_light(const Emitter& emitter, const LightRecord& light, ShapeTable& shapes);
+  void add_moving_records(LightMotion motion, std::vector<LightRecord> own);
+
   // infinite_light.cpp
-  absl::Status add_infinite(const v1::InfiniteLight& light, float scale);
+  absl::Status add_infinite(const v1::Light& light, float scale);
   absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale) const;
   absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
 
   const LightInputs inputs_;
   LightTable& table_;
-  SpectralEmission latest_;  // of the latest set_color()
+  std::shared_ptr<MovingLights> moving_;  // that of the table
+  SpectralEmission latest_;               // of the latest set_color()
   std::vector<std::int32_t> curves_;
 };
+
+/// The way of a light from its own space to the world, of those at infinity that of directions alone; stands
+/// still where it does. InvalidArgument where there is none.
+absl::StatusOr<Motion> motion_of_light(const v1::Light& light);
 
 /// Builds what lights are chosen by, as a job asks, of a scene within a sphere of render space, once all
 /// lights are there.

@@ -5,6 +5,7 @@
 #include <tuple>
 
 #include "render/integrator/scene_tables.h"
+#include "render/light/moving_lights.h"
 #include "render/sensor/distortion_table.h"
 #include "render/sensor/hole_table.h"
 #include "render/sensor/lens_table.h"
@@ -27,7 +28,7 @@ namespace render {
 
 // Geometry
 TESSERA_MEMBERS(SdfGridRecord, render_from_object, object_from_render, size, smooth_normals, samples, voxels)
-TESSERA_MEMBERS(CurvesRecord, kind, bspline, points, starts, normals, params, pieces)
+TESSERA_MEMBERS(CurvesRecord, kind, bspline, points, starts, normals, params, pieces, key_segments)
 TESSERA_MEMBERS(ImplicitRecord, render_from_object, object_from_render, low, high, in_sphere, centre, radius,
                 program, roots, lipschitz, cells, marked, degree, coefficients, magnitude, slope)
 TESSERA_MEMBERS(CsgMesh, positions, triangles, order, nodes)
@@ -58,7 +59,8 @@ TESSERA_MEMBERS(LightTree, nodes, root_children, paths, unbounded, shares)
 TESSERA_MEMBERS(Environment, mapping, light_from_render, render_from_light, width, height, texels,
                 distribution, flux, sampled_share, portal, portal_area)
 TESSERA_MEMBERS(LightTable, lights, environments, infinite_lights, selection, tree, uses_normals, sources,
-                shapes, textures, any_textures, any_interpolated, scene_centre, scene_radius)
+                shapes, textures, any_textures, any_interpolated, scene_centre, scene_radius, moving)
+TESSERA_MEMBERS(MovingLights, still, motion_of_light, motions, steps)
 
 // The view, and all of them
 TESSERA_MEMBERS(SensitivityTable, quantiles, light, matter, from_nm, to_nm, bands, first_band_nm,

@@ -85,7 +85,7 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
     throw_if_stopped(stop_);
     const v1::Shape& shape = shapes[i];
     const std::string where = place(i);
-    const auto moves_too = moves(shape, instanced, where);
+    const auto moves_too = moves(shape);
     if (!moves_too.ok()) return located(moves_too.status(), where);
     // Half-spaces of an object are instances of their own: they do not count for the size of the scene.
     if (*moves_too || (instanced && shape.has_half_space())) {
@@ -102,16 +102,11 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
   return moving;
 }
 
-absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape, bool instanced,
-                                            const std::string& where) {
+absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape) {
   if (shape.world_from_object_end().elements().empty()) return false;
   const auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
   if (!motion.ok()) return motion.status();
-  if (!motion->moves()) return false;
-  if (instanced || !shape.has_area_light() || shape.has_curves()) return true;
-  warnings_.push_back(absl::StrCat(
-      where, ": shapes that emit light do not move; it stays where it is when the shutter opens"));
-  return false;
+  return motion->moves();
 }
 
 absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform& placed_from_object,

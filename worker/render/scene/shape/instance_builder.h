@@ -70,8 +70,8 @@ class InstanceBuilder {
   /// Fills written_world_ and written_objects_.
   absl::Status read_all_instances();
 
-  /// Whether `shape` is placed by a moving instance. Of a lamp, warns that it stands still.
-  absl::StatusOr<bool> moves(const v1::Shape& shape, bool instanced, const std::string& where);
+  /// Whether `shape` is placed by a moving instance.
+  static absl::StatusOr<bool> moves(const v1::Shape& shape);
   /// The shapes that do not move; gives the places of those that do.
   absl::StatusOr<std::vector<int>> add_still(const Shapes& shapes, const Transform& placed_from_shapes,
                                              const std::function<std::string(int)>& where, bool instanced);

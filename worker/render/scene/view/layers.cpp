@@ -83,7 +83,7 @@ void label_shapes(const std::vector<PlacedShape>& shapes, std::span<const std::i
 
 layers::Source source_of(const LightRecord& light) {
   if (light.shape >= 0) return layers::Source::kSurface;
-  return light.kind == LightKind::kInfinite ? layers::Source::kBackground : layers::Source::kLamp;
+  return is_environment(light.kind) ? layers::Source::kBackground : layers::Source::kLamp;
 }
 
 /// Lights without a shape have the order of the scene's.

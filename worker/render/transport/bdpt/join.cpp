@@ -77,7 +77,7 @@ void Bidirectional::add_environment(const Event& e, Mask missed) {
   Spectrum sum(0.0f);
   for (const std::int32_t light : scene_.lights.infinite_lights) {
     const Spectrum radiance =
-        environment_light(scene_, spectra_of(scene_, e.path), light, e.reference.p, direction, missed);
+        environment_light(scene_, spectra_of(scene_, e.path), light, e.reference, direction, missed);
     const bool weighs = e.depth > 0 && filter_.all();
     const Spectrum weighed =
         radiance *

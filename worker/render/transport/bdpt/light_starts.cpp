@@ -44,8 +44,8 @@ PartialWeights LightStarts::first_weights(int packet, const Vertex& v, Mask hit)
   const Mask flat = length_squared(normal) > 0.0f;
   const Float pdf = sampling_density(scene_.lights, light, receiver_at(scene_, v), v.wo, point, normal, hit);
   const Float light_cosine = select(flat, dot(normal, -v.wo), 1.0f);
-  return light_end(scene_.lights, light, pdf, point, light_cosine, -v.wo, length_squared(v.surface.p - point),
-                   hit)
+  return light_end(scene_.lights, light, v.time, pdf, point, light_cosine, -v.wo,
+                   length_squared(v.surface.p - point), hit)
       .first_vertex(cosine_at(v, v.wo));
 }
 

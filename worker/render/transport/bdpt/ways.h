@@ -65,7 +65,7 @@ TESSERA_INLINE Float weight_of_hit(const SceneTables& scene, const PartialWeight
                                    const Receiver& from, Vec3 direction, Int light, Vec3 point, Vec3 normal,
                                    Float cosine, Float distance_squared, Mask lit) {
   const Float pdf = sampling_density(scene.lights, light, from, direction, point, normal, lit);
-  return light_end(scene.lights, light, pdf, point, cosine, -direction, distance_squared, lit)
+  return light_end(scene.lights, light, from.time, pdf, point, cosine, -direction, distance_squared, lit)
       .hit_weight(weights);
 }
 /// The same for a light at infinity.
@@ -96,8 +96,8 @@ TESSERA_INLINE WayLight light_of(const SceneTables& scene, const EyeVertex& z, c
   const Vec3 point = fma(light.wi, light.distance, v.surface.p);
   way.weight = Float(1.0f);
   if (weighs) {
-    const LightEnd end = light_end(scene.lights, choice.pick.light, pdf, point, light.cosine, -light.wi,
-                                   sqr(light.distance), way.shines);
+    const LightEnd end = light_end(scene.lights, choice.pick.light, v.time, pdf, point, light.cosine,
+                                   -light.wi, sqr(light.distance), way.shines);
     way.weight = end.sampling_weight(z.weights, cosine_at(v, light.wi), bsdf.pdf,
                                      back_density(scene, z, light.wi, way.shines), z.merged);
   }

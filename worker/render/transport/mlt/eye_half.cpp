@@ -117,7 +117,7 @@ void PathMaker::add_environment(PathBatch& batch, const Event& e, Mask missed) {
   for (const std::int32_t number : scene_.lights.infinite_lights) {
     const Int light(number);
     const Spectrum radiance =
-        environment_light(scene_, spectra_of(scene_, e.path), number, e.reference.p, direction, missed);
+        environment_light(scene_, spectra_of(scene_, e.path), number, e.reference, direction, missed);
     sum += radiance * weight_of_hit(scene_, e.weights, e.reference, direction, light, missed);
   }
   add(batch, sum * e.path.beta * scale_of(batch, e.packet, true), e.packet, missed);

@@ -150,10 +150,7 @@ void PathReuse::at_third(Encounter& e, Mask lanes) {
 void PathReuse::lit(const Encounter& e, SampledLight& light) {
   if (!shares_lamps() || !follows(e.depth)) return;
   Mask lanes = and_not(light.lanes, has_interpolated_normals(scene_.lights, light.light, light.lanes));
-  if (!shares_sky()) {
-    const Int kind = kind_of(scene_.lights, light.light, light.lanes);
-    lanes = and_not(lanes, kind == static_cast<std::int32_t>(LightKind::kInfinite));
-  }
+  if (!shares_sky()) lanes = and_not(lanes, environment_lanes(scene_.lights, light.light, light.lanes));
   const Int slot = e.path.slot, shared = gather(shared_, slot, lanes);
   const Mask taken = lanes & has(shared, kGlossy) & (gather(first_event_, slot, lanes) == Int(e.depth - 1));
   if (none(taken)) return;

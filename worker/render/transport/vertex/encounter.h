@@ -84,7 +84,7 @@ struct NumberedEncounter {
       v.in_medium = active & (hit.shape == kScatteredByMedium);
     }
     if (scene.any_motion) hit.time = path.time;
-    v.time = hit.time;
+    v.time = reference.time = hit.time;
     if (scene.lights.uses_normals) reference.normal = path.normal;
     met = on_surface | v.in_medium;
     missed = and_not(active, met);

@@ -48,8 +48,7 @@ Int LayerObserver::state_behind(const Encounter& e, Vec3 wi, Mask lanes) const {
 /// weighed as light is.
 void LayerObserver::look_for_shadow(const Encounter& e, const SampledLight& light, Int state, Mask shines) {
   WideConnection ray = light.ray;
-  const Mask sky =
-      kind_of(scene_.lights, light.light, shines) == static_cast<std::int32_t>(LightKind::kInfinite);
+  const Mask sky = environment_lanes(scene_.lights, light.light, shines);
   ray.contribution = ray.contribution * select(sky, 1.0f, inverse_of(light.weight));
   ray.layers = shadows_at_light(scene_.layers, state, light.light, shines);
   shadows_->add(ray, shines, batch_, e.depth);
@@ -73,9 +72,8 @@ void LayerObserver::look_for_shadow_of_sky(const Encounter& e, const Scattering&
   for (const std::int32_t light : scene_.lights.infinite_lights) {
     const Float pdf = light_pdf(scene_.lights, Int(light), here, bsdf.wi, v.surface.p, bsdf.wi, lanes) *
                       pick_pmf(scene_.lights, Int(light), here, lanes);
-    ray.contribution =
-        environment_light(scene_, spectra_of(scene_, e.path), light, v.surface.p, bsdf.wi, lanes) *
-        power_heuristic(bsdf.pdf, pdf) * s.next.beta;
+    ray.contribution = environment_light(scene_, spectra_of(scene_, e.path), light, here, bsdf.wi, lanes) *
+                       power_heuristic(bsdf.pdf, pdf) * s.next.beta;
     ray.layers = shadows_at_light(scene_.layers, state, Int(light), lanes);
     shadows_->add(ray, lanes, batch_, e.depth);
   }

@@ -32,9 +32,9 @@ Mask delta_lights(const LightTable& table, Int light, Mask active) {
   return DeltaLights(table, light, active).delta;
 }
 
-LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Float cosine, Vec3 direction,
-                   Float distance_squared, Mask active) {
-  const EmissionDensity emission = emission_density(table, light, point, cosine, direction, active);
+LightEnd light_end(const LightTable& table, Int light, Float time, Float pdf, Vec3 point, Float cosine,
+                   Vec3 direction, Float distance_squared, Mask active) {
+  const EmissionDensity emission = emission_density(table, light, time, point, cosine, direction, active);
   const DeltaLights lights(table, light, active);
   LightEnd end;
   // Places are infinitely dense on the disk around a scene of one point, whose sky starts no path.

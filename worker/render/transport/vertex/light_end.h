@@ -36,11 +36,11 @@ struct LightEnd {
 /// Lanes whose light is one of those that only light sampling and emission find.
 Mask delta_lights(const LightTable& table, Int light, Mask active);
 
-/// The end at `point` of light `light`, from where light leaves along the unit `direction`, which has this
-/// cosine (positive where it shines) with its surface; 1 without one. Light sampling gives it with density
-/// `pdf`, by solid angle and over all lights, from this far away.
-LightEnd light_end(const LightTable& table, Int light, Float pdf, Vec3 point, Float cosine, Vec3 direction,
-                   Float distance_squared, Mask active);
+/// The end at `point` of light `light`, from where light leaves at `time` along the unit `direction`, which
+/// has this cosine (positive where it shines) with its surface; 1 without one. Light sampling gives it with
+/// density `pdf`, by solid angle and over all lights, from this far away.
+LightEnd light_end(const LightTable& table, Int light, Float time, Float pdf, Vec3 point, Float cosine,
+                   Vec3 direction, Float distance_squared, Mask active);
 
 /// The density of light sampling at `from`, over all lights, for the direction `wi` that meets the light at
 /// `point` with unit geometric normal `normal`; of lights with one point or direction that of the light

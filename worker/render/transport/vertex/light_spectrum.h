@@ -24,9 +24,9 @@ TESSERA_INLINE Spectrum emitted_light(const SceneTables& scene, const Spectra& s
                            emitted_radiance(scene.lights, surface.light, surface, wo, active), active);
 }
 TESSERA_INLINE Spectrum environment_light(const SceneTables& scene, const Spectra& spectra,
-                                          std::int32_t light, Vec3 origin, Vec3 wi, Mask active) {
+                                          std::int32_t light, const Receiver& from, Vec3 wi, Mask active) {
   return spectrum_of_light(scene, spectra, Int(light),
-                           environment_radiance(scene.lights, light, origin, wi, active), active);
+                           environment_radiance(scene.lights, light, from, wi, active), active);
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -36,7 +36,9 @@ TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers
   LightStart start;
   start.light = choice.index;
   start.pmf = choice.pmf;
-  start.ray = sample_emission(scene.lights, choice.index, numbers.get_2d(dimension::kEmissionPlace),
+  Float time(0.0f);
+  if (scene.any_motion) time = shared.time ? Float(*shared.time) : numbers.get_2d(dimension::kTime).x;
+  start.ray = sample_emission(scene.lights, choice.index, time, numbers.get_2d(dimension::kEmissionPlace),
                               numbers.get_2d(dimension::kEmissionDirection), active);
   start.alive = active & start.ray.valid & (choice.pmf > 0.0f);
   const Float scale = 1.0f / (select(start.alive, choice.pmf, 1.0f) * paths);
@@ -49,7 +51,7 @@ TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers
   path.dispersed = Int(0);
   path.roulette_scale = 1.0f / max(path.beta.max_component(), 1e-30f);
   path.slot = slot;
-  if (scene.any_motion) path.time = shared.time ? Float(*shared.time) : numbers.get_2d(dimension::kTime).x;
+  path.time = time;
   return start;
 }
 

@@ -52,7 +52,7 @@ TESSERA_INLINE MetLight sky_met(const SceneTables& scene, const Encounter& e, st
   MetLight light{.light = Int(number),
                  .at_infinity = true,
                  .lanes = e.missed,
-                 .radiance = environment_light(scene, spectra_of(scene, e.path), number, e.reference.p,
+                 .radiance = environment_light(scene, spectra_of(scene, e.path), number, e.reference,
                                                e.path.direction, e.missed),
                  .weighed = weighed};
   weigh(scene, e, e.reference.p, e.path.direction, light);

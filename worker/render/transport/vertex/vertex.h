@@ -77,11 +77,14 @@ TESSERA_INLINE Mask joinable(const Vertex& v, Mask active) {
 
 /// The vertex as lights see it.
 TESSERA_INLINE Receiver receiver_at(const SceneTables& scene, const Vertex& v) {
-  if (!scene.lights.uses_normals) return v.surface.p;
+  Receiver receiver(v.surface.p);
+  receiver.time = v.time;
+  if (!scene.lights.uses_normals) return receiver;
   const Mask one_way = and_not(reflects_only(v.at), v.in_medium);
   const Vec3 n = face_forward(v.at.frame.z, v.wo);
-  return {v.surface.p,
-          {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y), select_or_zero(one_way, n.z)}};
+  receiver.normal = {select_or_zero(one_way, n.x), select_or_zero(one_way, n.y),
+                     select_or_zero(one_way, n.z)};
+  return receiver;
 }
 
 /// |cos| between `w` and the true surface; 1 in media.
