@@ -12,8 +12,6 @@ namespace tessera::render {
 
 namespace {
 
-Imath::V3d unit(const Imath::V3d& v) { return v / v.length(); }
-
 /// Columns are the axes of a frame, and its origin.
 Transform frame_of(const Imath::V3d& x, const Imath::V3d& y, const Imath::V3d& z, const Imath::V3d& origin) {
   return {{x.x, y.x, z.x, origin.x, x.y, y.y, z.y, origin.y, x.z, y.z, z.z, origin.z}};
@@ -23,14 +21,14 @@ Transform frame_of(const Imath::V3d& x, const Imath::V3d& y, const Imath::V3d& z
 absl::StatusOr<Transform> turn_between(const Imath::V3d& from, const Imath::V3d& to) {
   if (!(from.length() > 0) || !(to.length() > 0) || !std::isfinite(from.length() + to.length()))
     return absl::InvalidArgumentError("it has no direction");
-  const Imath::V3d a = unit(from), b = unit(to);
+  const Imath::V3d a = from.normalized(), b = to.normalized();
   Imath::V3d axis = a.cross(b);
   if (axis.length() < 1e-9) {
     if (a.dot(b) > 0) return Transform{};
     // Half a turn, about any axis across it.
     axis = a.cross(std::abs(a.x) < 0.5 ? Imath::V3d(1, 0, 0) : Imath::V3d(0, 1, 0));
   }
-  const Imath::V3d n = unit(axis), start = n.cross(a), end = n.cross(b);
+  const Imath::V3d n = axis.normalized(), start = n.cross(a), end = n.cross(b);
   return frame_of(b, n, end, {0, 0, 0}) *
          Transform{{a.x, a.y, a.z, 0, n.x, n.y, n.z, 0, start.x, start.y, start.z, 0}};
 }
@@ -41,8 +39,8 @@ absl::StatusOr<Transform> turn_between(const Imath::V3d& axis, const Imath::V3d&
   const Imath::V3d side = up.cross(axis), new_side = new_up.cross(new_axis);
   for (const Imath::V3d& v : {axis, side, new_axis, new_side})
     if (!(v.length() > 0)) return absl::InvalidArgumentError("its orientation is not defined");
-  const Imath::V3d z = unit(axis), x = unit(side), y = z.cross(x);
-  const Imath::V3d new_z = unit(new_axis), new_x = unit(new_side);
+  const Imath::V3d z = axis.normalized(), x = side.normalized(), y = z.cross(x);
+  const Imath::V3d new_z = new_axis.normalized(), new_x = new_side.normalized();
   return frame_of(new_x, new_z.cross(new_x), new_z, {0, 0, 0}) *
          Transform{{x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0}};
 }
