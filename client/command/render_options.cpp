@@ -314,6 +314,10 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
     }
   }
   loaded->imported.scene.clear_animation();
+  if (absl::Status status = resolve_rig(loaded->imported); !status.ok()) {
+    exit_code = report(kBadScene, std::string(status.message()));
+    return nullptr;
+  }
   if (options.origin && !loaded->imported.scene.has_render_origin())
     *loaded->imported.scene.mutable_render_origin() = **options.origin;
   if (options.job.view) {

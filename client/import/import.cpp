@@ -13,6 +13,7 @@
 #include "import/tessera_scene/read_scene.h"
 #include "import/tessera_scene/write_scene.h"
 #include "wire/scene_numbers.h"
+#include "wire/scene_views.h"
 
 namespace tessera::client {
 
@@ -75,6 +76,19 @@ absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScen
   for (Diagnostic& fault : located)
     diagnostics.error({diagnostics.add_file(fault.file), fault.line, fault.column}, std::move(fault.message));
   return diagnostics.status();
+}
+
+absl::Status resolve_rig(ImportedScene& imported) {
+  v1::Scene& scene = imported.scene;
+  if (!scene.has_rig()) return absl::OkStatus();
+  const void* const rig = &scene.rig();
+  if (const absl::Status status = wire::resolve_rig(scene); !status.ok())
+    return status_of({{rig, "", std::string(status.message())}}, imported);
+  const auto camera = imported.places.find(&scene.camera());
+  if (camera == imported.places.end()) return absl::OkStatus();
+  const Diagnostic place = camera->second;
+  for (const v1::Camera& view : scene.views()) imported.places[&view] = place;
+  return absl::OkStatus();
 }
 
 absl::Status write_scene(const ImportedScene& scene, const std::filesystem::path& path) {

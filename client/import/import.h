@@ -45,6 +45,9 @@ absl::StatusOr<ImportedScene> import_scene(const std::filesystem::path& path,
 /// element's place in the file where that is known; OK where there are none.
 absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScene& scene);
 
+/// wire::resolve_rig(); errors are at the rig's place, and those of its cameras will be at the camera's.
+absl::Status resolve_rig(ImportedScene& scene);
+
 /// Writes a scene that `import_scene` reads again: .textproto, .pbtxt or .tsb, with its blobs in a folder
 /// beside it
 /// ("kitchen.textproto" and "kitchen-blobs/").

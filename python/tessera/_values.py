@@ -38,6 +38,14 @@ class Blob:
 
 
 AnyMessage = TypeVar("AnyMessage", bound=Message)
+_Kind = TypeVar("_Kind")
+
+
+def choice(choices: dict[str, _Kind], name: str, what: str) -> _Kind:
+    """The kind of this name; ValueError, with all names, where there is none."""
+    if name not in choices:
+        raise ValueError(f"there is no {what} '{name}'; there are {', '.join(choices)}")
+    return choices[name]
 
 
 def checked(message: AnyMessage) -> AnyMessage:

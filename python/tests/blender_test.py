@@ -58,9 +58,9 @@ class BlenderTest(unittest.TestCase):
     def tearDownClass(cls) -> None:
         cls.under_test.__exit__(None, None, None)
 
-    def blender(self, *words: str) -> str:
+    def blender(self, *words: str, script: str = "blender_scene.py") -> str:
         address = self.under_test._address
-        return run_blender(self, "blender_scene.py", *words, TESSERA_SERVER=address)
+        return run_blender(self, script, *words, TESSERA_SERVER=address)
 
     def rendered(self, engine: str, lamps: str = "all") -> np.ndarray:
         image = self.under_test.path / f"{engine}-{lamps}.exr"
@@ -97,6 +97,30 @@ class BlenderTest(unittest.TestCase):
         self.assertGreater(share(ours), 0.8)
         for turned in (ours[:, ::-1], ours[::-1]):
             self.assertLess(share(turned), 0.7)
+
+    def test_every_kind_of_camera_sees_what_it_sees_in_cycles(self) -> None:
+        """The sky tells the direction of each pixel, and balls where the eyes stand."""
+        folders = {engine: self.under_test.path / engine for engine in ("tessera", "cycles")}
+        for engine, folder in folders.items():
+            folder.mkdir()
+            self.blender(engine, str(folder), script="blender_cameras.py")
+        names = sorted(file.name for file in folders["cycles"].iterdir())
+        self.assertEqual(names, sorted(file.name for file in folders["tessera"].iterdir()))
+        self.assertEqual(len(names), 8 + 2 * 4)
+        for name in names:
+            with self.subTest(name):
+                ours, theirs = (
+                    np.stack([read_exr(folder / name)[band] for band in "RGB"], axis=-1) for folder in folders.values()
+                )
+                self.assertEqual(ours.shape, theirs.shape)
+                error = np.abs(ours - theirs)
+                # A pixel at the rim of a ball is white by as much as its samples say, of both.
+                self.assertLess(np.quantile(error, 0.9), 0.015)
+                self.assertLess(error.mean(), 0.03)
+                if name.endswith("_L.exr"):
+                    # The other eye's picture is another one.
+                    other = np.stack([read_exr(folders["tessera"] / name.replace("_L", "_R"))[b] for b in "RGB"], axis=-1)
+                    self.assertGreater(np.abs(other - theirs).mean(), 0.06)
 
     def test_a_border_is_what_is_rendered(self) -> None:
         whole, part = self.rendered("tessera", "area"), self.rendered("border", "area")

@@ -35,6 +35,47 @@ class SceneTest(unittest.TestCase):
         scene.camera(np.eye(4), 40, 0.1, 3)
         self.assertFalse(scene.message.camera.perspective.HasField("aperture"))
 
+    def test_orthographic_lenses_have_blades_too(self) -> None:
+        scene = tessera.Scene()
+        scene.orthographic_camera(np.eye(4), (-1, 1, -2, 2), lens_radius=0.1, focal_distance=3, blades=5)
+        lens = scene.message.camera.orthographic
+        self.assertEqual((lens.focal_distance, lens.aperture.blades), (3, 5))
+
+    def test_cameras_of_opencv_have_its_matrix_and_coefficients(self) -> None:
+        matrix = [[500, 0, 300], [0, 520, 250], [0, 0, 1]]
+        scene = tessera.Scene()
+        scene.opencv_camera(np.eye(4), matrix, (640, 480), [-0.2, 0.1, 0.01, -0.02, 0.3])
+        camera = scene.message.camera
+        self.assertEqual((scene.message.film.width, scene.message.film.height), (640, 480))
+        self.assertEqual((camera.distortion.opencv.p2, camera.distortion.opencv.k3), (-0.02, 0.3))
+        # The middle of pixel (300, 250) is on the axis: 90 degrees span from -1 to 1.
+        left, right, low, high = camera.screen_window
+        self.assertEqual(camera.perspective.fov_degrees, 90)
+        self.assertAlmostEqual(left + 300.5 / 640 * (right - left), 0, 6)
+        self.assertAlmostEqual(high - 250.5 / 480 * (high - low), 0, 6)
+        self.assertAlmostEqual(640 / (right - left), 500, 3)
+        self.assertAlmostEqual(480 / (high - low), 520, 3)
+        scene.opencv_camera(np.eye(4), matrix, (640, 480), [0.1], fisheye=True)
+        self.assertEqual(camera.distortion.opencv_fisheye.k1, 0.1)
+        self.assertAlmostEqual(camera.fisheye.fov_degrees, np.degrees(2), 4)
+        scene.opencv_camera(np.eye(4), matrix, (640, 480))
+        self.assertFalse(camera.HasField("distortion"))
+        with self.assertRaisesRegex(ValueError, "4 coefficients at most"):
+            scene.opencv_camera(np.eye(4), matrix, (640, 480), [0.1] * 5, fisheye=True)
+
+    def test_stereo_pairs_are_two_views_about_the_camera(self) -> None:
+        scene = tessera.Scene()
+        scene.panorama_camera(tessera.translate(1, 2, 3), (-90, 90))
+        scene.stereo_pair(0.06, 2, pole_merge=(60, 75))
+        left, right = scene.message.camera, scene.message.views[0]
+        self.assertEqual((left.view_name, right.view_name), ("left", "right"))
+        self.assertEqual((left.viewpoint.x, right.viewpoint.x), (-0.03, 0.03))
+        self.assertEqual(left.panorama, right.panorama)
+        self.assertEqual(right.viewpoint.pole_merge_to_degrees, 75)
+        self.assertEqual(scene.message.render_origin.z, 3)
+        with self.assertRaisesRegex(ValueError, "there is no kind of axes 'crossed'"):
+            scene.stereo_pair(0.06, 2, axes="crossed")
+
     def test_meshes_that_make_no_sense_are_refused(self) -> None:
         square = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
         for arrays, what in (

@@ -15,6 +15,7 @@
 #include "wire/limits.h"
 #include "wire/pixel_filter.h"
 #include "wire/resolve_settings.h"
+#include "wire/scene_views.h"
 #include "wire/settings.h"
 
 namespace tessera::client {
@@ -69,11 +70,11 @@ absl::Status check_overscan(const JobSettings& request, const v1::Scene& scene) 
   if (request.overscan == 0) return absl::OkStatus();
   if (request.crop)
     return absl::OutOfRangeError("--overscan is of the whole film: it does not go with --crop");
-  const auto sees_all_around = [](const v1::Camera& camera) {
-    return camera.has_spherical() || camera.has_cylindrical();
-  };
-  if (sees_all_around(scene.camera()) || std::ranges::any_of(scene.views(), sees_all_around))
+  if (wire::sees_all_around(scene.camera()) || std::ranges::any_of(scene.views(), wire::sees_all_around))
     return absl::OutOfRangeError("--overscan: a camera that sees all around has no more to see");
+  const auto has_map = [](const v1::Camera& camera) { return camera.distortion().has_map(); };
+  if (has_map(scene.camera()) || std::ranges::any_of(scene.views(), has_map))
+    return absl::OutOfRangeError("--overscan: a distortion map ends where the film does");
   return absl::OkStatus();
 }
 

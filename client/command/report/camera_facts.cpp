@@ -9,6 +9,7 @@
 #include "import/geometry/transform.h"
 #include "optics/lens_system.h"
 #include "wire/lens_message.h"
+#include "wire/viewpoint.h"
 
 namespace tessera::client {
 namespace {
@@ -42,7 +43,9 @@ Screen screen_of(const v1::Camera& camera, const Window& display) {
 
 /// NDC from camera space; third and fourth coordinates so that it can be inverted.
 std::optional<Imath::M44d> projection_of(const v1::Camera& camera, const Window& display) {
-  if (!camera.has_perspective() && !camera.has_orthographic()) return std::nullopt;
+  // A distorted film is no projection.
+  if ((!camera.has_perspective() && !camera.has_orthographic()) || camera.has_distortion())
+    return std::nullopt;
   const Screen screen = screen_of(camera, display);
   const double width = screen.x_max - screen.x_min, height = screen.y_max - screen.y_min;
   if (camera.has_orthographic()) {
@@ -51,8 +54,10 @@ std::optional<Imath::M44d> projection_of(const v1::Camera& camera, const Window&
   }
   const double half_side = std::tan(camera.perspective().fov_degrees() * std::numbers::pi / 360);
   const double near = camera.near_clip() > 0 ? camera.near_clip() : 1;
+  const wire::WindowShift shift = wire::window_shift(camera);
   return Imath::M44d(1 / (width * half_side), 0, 0, 0, 0, -1 / (height * half_side), 0, 0,
-                     -screen.x_min / width, screen.y_max / height, 1, 1, 0, 0, -near, 0);
+                     -(screen.x_min + shift.x / half_side) / width,
+                     (screen.y_max + shift.y / half_side) / height, 1, 1, 0, 0, -near, 0);
 }
 
 /// By OpenEXR's standard names, which say metres for the focus and millimetres for the focal length.
@@ -70,7 +75,9 @@ void add_lens_facts(const v1::LensCamera& camera, Image& image) {
 
 void add_camera_facts(const v1::Camera& camera, Image& image) {
   if (camera.has_lens()) add_lens_facts(camera.lens(), image);
-  const std::optional<Imath::M44d> camera_from_world = inverse(matrix_of(camera.world_from_camera()));
+  if (!camera.view_name().empty()) image.metadata["view"] = camera.view_name();
+  const std::optional<Imath::M44d> camera_from_world =
+      inverse(matrix_of(wire::camera_from_viewpoint(camera)) * matrix_of(camera.world_from_camera()));
   if (!camera_from_world) return;
   image.metadata["worldToCamera"] = attribute_of(*camera_from_world);
   if (const auto projection = projection_of(camera, image.display))

@@ -145,6 +145,7 @@ class PlaceNotes {
     for (int i = 0; i < scene.views_size(); ++i)
       note(scene.views(i), field<v1::Scene>("views"), i, locations,
            concat("view ", std::to_string(i + 1), ": "));
+    note(scene.rig(), field<v1::Scene>("rig"), -1, locations, "");  // messages name it themselves
     note(scene.film(), field<v1::Scene>("film"), -1, locations, "film: ");
     note_instances(scene, locations);
     for (int i = 0; i < scene.objects_size(); ++i) {

@@ -56,18 +56,21 @@ class TesseraRenderEngine(bpy.types.RenderEngine):
                 job, exporter = submit(farm, depsgraph)
                 for warning in exporter.warnings:
                     self.report({"WARNING"}, warning)
-                self._show(job, exporter)
+                views = 1 + len(exporter.scene.message.views)
+                for view in range(views):
+                    self._show(job, exporter, view if views > 1 else None)
         except (tessera.TesseraError, ValueError, OSError) as error:
             self.report({"ERROR"}, f"Tessera: {error}")
             self.error_set(str(error))
 
-    def _show(self, job: tessera.Job, exporter: Exporter) -> None:
+    def _show(self, job: tessera.Job, exporter: Exporter, eye: int | None) -> None:
+        """Shows the picture, or of a stereo pair that of an eye."""
         width, height = exporter.resolution
         x0, _, _, y1 = exporter.crop or (0, 0, width, height)
         origin = x0, height - y1  # results are counted from the border's corner
         fresh: dict[tessera.Rect, tessera.TileUpdate] = {}
         shown = time.monotonic()
-        for update in job.updates():
+        for update in job.updates(eye or 0):
             if self.test_break():
                 job.cancel()
                 return
@@ -76,7 +79,7 @@ class TesseraRenderEngine(bpy.types.RenderEngine):
             if isinstance(update, tessera.Progress):
                 self._tell(job, update)
                 if time.monotonic() - shown > _PATIENCE or update.is_over:
-                    self._put(list(fresh.values()), height, origin)
+                    self._put(list(fresh.values()), height, origin, eye)
                     fresh.clear()
                     shown = time.monotonic()
                 if update.is_over and update.state != "done":
@@ -87,12 +90,15 @@ class TesseraRenderEngine(bpy.types.RenderEngine):
         waits = f", waits: {progress.waiting_for}" if progress.waiting_for else ""
         self.update_stats("", f"Tessera: job {job.id}, {progress.workers} workers{waits}")
 
-    def _put(self, tiles: list[tessera.TileUpdate], height: int, origin: tuple[int, int]) -> None:
+    def _put(
+        self, tiles: list[tessera.TileUpdate], height: int, origin: tuple[int, int], eye: int | None
+    ) -> None:
         """Rows go upwards in Blender."""
+        view = {} if eye is None else {"view": ("left", "right")[eye]}
         for tile in tiles:
             pixels = tile.pixels
             x, y = pixels.x0 - origin[0], height - pixels.y1 - origin[1]
-            result = self.begin_result(x, y, pixels.width, pixels.height)
+            result = self.begin_result(x, y, pixels.width, pixels.height, **view)
             bands = [tile.channels[name] for name in "RGBA"]
             rgba = np.stack(bands, axis=-1)[::-1]
             if not bpy.context.scene.render.film_transparent:

@@ -11,6 +11,7 @@ import bpy
 import numpy as np
 from tessera import Scene
 
+from .camera import CameraExport
 from .materials import Materials
 
 _SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
@@ -129,73 +130,9 @@ class Exporter:
         if camera is None:
             raise ValueError("the scene has no camera")
         self._name_losses(camera)
-        data, render, (width, height) = camera.data, self._blender.render, self.resolution
-        projection = _array(
-            camera.calc_matrix_camera(
-                self._depsgraph,
-                x=width,
-                y=height,
-                scale_x=render.pixel_aspect_x,
-                scale_y=render.pixel_aspect_y,
-            )
-        )
         # Blender's cameras look along -z.
         place = _unscaled(camera.matrix_world) @ np.diag([1.0, 1.0, -1.0, 1.0])
-        clip = (data.clip_start, data.clip_end)
-        if data.type == "ORTHO":
-            (x_scale, x_shift), (y_scale, y_shift) = projection[0, [0, 3]], projection[1, [1, 3]]
-            window = [(edge - x_shift) / x_scale for edge in (-1, 1)]
-            window += [(edge - y_shift) / y_scale for edge in (-1, 1)]
-            self.scene.orthographic_camera(place, (window[0], window[1], window[2], window[3]), clip)
-            return
-        if data.type == "PANO":
-            self._panorama(camera.name, data, place, clip)
-            return
-        # The picture on the plane at distance 1, where 90 degrees span 2.
-        (x_scale, x_shift), (y_scale, y_shift) = projection[0, [0, 2]], projection[1, [1, 2]]
-        window = [(edge + x_shift) / x_scale for edge in (-1, 1)]
-        window += [(edge + y_shift) / y_scale for edge in (-1, 1)]
-        radius, distance = 0.0, 0.0
-        aperture: dict[str, Any] = {}
-        if data.dof.use_dof:
-            radius = 1e-3 * data.lens / (2 * data.dof.aperture_fstop)
-            distance = data.dof.focus_distance
-            if data.dof.focus_object is not None:
-                target = np.array(data.dof.focus_object.matrix_world.translation)
-                distance = float(np.dot(target - place[:3, 3], place[:3, 2]))
-            aperture["aperture_ratio"] = data.dof.aperture_ratio
-            blades = data.dof.aperture_blades
-            if blades >= 3:  # Blender's are round with fewer
-                # Blender turns the middle of an edge.
-                turn = float(np.degrees(data.dof.aperture_rotation)) + 180 / blades
-                aperture |= {"blades": blades, "blade_degrees": turn}
-        self.scene.camera(place, 90.0, radius, max(distance, 0.0), clip, **aperture)
-        self.scene.message.camera.screen_window[:] = window
-
-    def _panorama(self, name: str, data: Any, place: Any, clip: tuple[float, float]) -> None:
-        """Cycles has the kind of a panorama among its own settings. Its fisheyes end with a circle."""
-        kind, lens = data.cycles.panorama_type, data.cycles
-        if kind == "EQUIRECTANGULAR":
-            ranges = lens.longitude_min, lens.longitude_max, lens.latitude_min, lens.latitude_max
-            if not np.allclose(ranges, (-np.pi, np.pi, -np.pi / 2, np.pi / 2), atol=1e-4):
-                raise ValueError(f"camera {name}: a panorama of a part of all directions is not translated")
-            # Ours looks along -x in its middle, and along -z on the right.
-            turned = np.array([[0.0, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
-            self.scene.spherical_camera(place @ turned, "equirectangular", clip)
-        elif kind == "FISHEYE_EQUIDISTANT":
-            width, height = self.resolution
-            if width != height:
-                raise ValueError(f"camera {name}: a fisheye that is stretched to {width}x{height} is not translated")
-            fov = float(np.degrees(lens.fisheye_fov))
-            self.scene.fisheye_camera(place, fov, "equidistant", min(fov, 360.0), clip)
-        elif kind == "FISHEYE_EQUISOLID":
-            # Blender gives the focal length and the sensor's width, in millimetres.
-            width, height = self.resolution
-            side = data.sensor_width * min(width, height) / max(width, height)
-            fov = float(np.degrees(4 * np.arcsin(min(1.0, side / (4 * lens.fisheye_lens)))))
-            self.scene.fisheye_camera(place, fov, "equisolid", min(float(np.degrees(lens.fisheye_fov)), 360.0), clip)
-        else:
-            raise ValueError(f"camera {name}: panoramas of kind {kind} are not translated")
+        CameraExport(self.scene, self._depsgraph, camera, place, self._materials.warn).write()
 
     # ---- light
 

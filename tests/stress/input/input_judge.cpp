@@ -23,6 +23,7 @@
 #include "wire/job_check.h"
 #include "wire/limits.h"
 #include "wire/resolve_settings.h"
+#include "wire/scene_views.h"
 #include "wire/settings.h"
 
 namespace tessera::stress {
@@ -35,7 +36,7 @@ constexpr std::chrono::seconds kPatience{20};
 /// into the names.
 bool names_element(const std::string& message, const std::string& file) {
   static const std::regex kElement(
-      R"((^|[^a-z])((shapes?|lights?|instances?|objects?|media|materials?|textures?)\[\d+\]|(shape|light|instance) \d+|(object|medium|material|texture|image|mesh|volume) '|(camera|film|settings|animation)(:|\.)))");
+      R"((^|[^a-z])((shapes?|lights?|instances?|objects?|media|materials?|textures?)\[\d+\]|(shape|light|instance) \d+|(object|medium|material|texture|image|mesh|volume) '|(camera|rig|film|settings|animation)(:|\.)))");
   const auto names_setting = [&](const wire::SettingField& setting) {
     return message.starts_with(setting.name + " is ") || message.starts_with(setting.field->name() + " is ");
   };
@@ -126,7 +127,13 @@ std::string InputJudge::judge_file(const std::filesystem::path& path, const std:
 
 std::string InputJudge::judge_scene(const v1::Scene& scene, const std::vector<client::SceneBlob>& blobs) {
   watchdog_->begin("a scene message");
-  return render(scene, blobs, "no file");
+  // The worker knows no rigs.
+  v1::Scene resolved = scene;
+  if (const absl::Status status = wire::resolve_rig(resolved); !status.ok()) {
+    ++tally_.refused_by_renderer;
+    return "";
+  }
+  return render(resolved, blobs, "no file");
 }
 
 std::string InputJudge::render(const v1::Scene& scene, const std::vector<client::SceneBlob>& blobs,

@@ -137,6 +137,8 @@ class SceneMessage : public testing::Test {
     for (int i = 1; i < kSamples; ++i) {
       v1::Scene& other = samples_[i].scene;
       *other.mutable_camera() = samples_[0].scene.camera();
+      other.mutable_camera()->clear_distortion();
+      other.mutable_camera()->clear_viewpoint();
       *other.mutable_film() = samples_[0].scene.film();
       other.add_lights()->mutable_infinite()->mutable_radiance()->set_constant(1);
     }
@@ -147,6 +149,7 @@ class SceneMessage : public testing::Test {
     v1::FisheyeCamera& fisheye = *samples_[2].scene.mutable_camera()->mutable_fisheye();
     fisheye.set_fov_degrees(180);
     fisheye.set_circle_degrees(170);
+    samples_[2].scene.mutable_camera()->mutable_distortion()->mutable_polynomial()->add_angle(1);
     v1::Camera& around = *samples_[3].scene.mutable_camera();
     around.mutable_cylindrical()->set_fov_degrees(300);
     around.clear_screen_window();  // it has none
@@ -155,6 +158,32 @@ class SceneMessage : public testing::Test {
     *samples_[5].scene.mutable_camera()->mutable_lens() = lens;
     lens.set_f_number(4);
     samples_[5].scene.mutable_camera()->mutable_lens()->set_stop_diameter_mm(12);
+    const auto merge = [](const std::string& more, v1::Scene& scene) {
+      v1::Scene read;
+      ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(more, &read)) << more;
+      scene.MergeFrom(read);
+    };
+    samples_[6].scene.mutable_camera()->clear_screen_window();
+    merge(
+        R"(camera { panorama { longitude_min_degrees: -90 longitude_max_degrees: 90 latitude_min_degrees: -80
+                                 latitude_max_degrees: 85 } }
+             rig { stereo { interocular_distance: 0.1 convergence_distance: 5 pole_merge_from_degrees: 60
+                            pole_merge_to_degrees: 75 } })",
+        samples_[6].scene);
+    merge(R"(camera { fisheye { fov_degrees: 90 } distortion { opencv_fisheye { k1: 0.01 k2: 0.01 k3: 0.001
+                                                                             k4: 0.001 } } }
+             rig { list { places { camera_from_view { elements: [1,0,0,0.1, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } })",
+          samples_[7].scene);
+    merge("camera { viewpoint { pole_merge_from_degrees: 60 pole_merge_to_degrees: 75 } panorama { } }",
+          samples_[8].scene);
+    samples_[8].scene.mutable_camera()->clear_screen_window();
+    v1::PerspectiveCamera& tilted = *samples_[9].scene.mutable_camera()->mutable_perspective();
+    // A lens has a barrel or is tilted.
+    tilted.mutable_aperture()->clear_barrel_length(), tilted.mutable_aperture()->clear_barrel_radius();
+    ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString("x_degrees: 2 y_degrees: 1 focal_length: 0.5",
+                                                              tilted.mutable_tilt()));
+    merge("rig { grid { columns: 2 rows: 2 spacing_x: 0.1 spacing_y: 0.1 convergence_distance: 5 } }",
+          samples_[9].scene);
   }
 
   static constexpr const char* kLens = R"(
@@ -167,7 +196,7 @@ class SceneMessage : public testing::Test {
              surfaces { thickness_mm: 1 diameter_mm: 24 dispersion { cauchy { a: 1.5 b: 0.004 c: 0.0001 } } }
              surfaces { thickness_mm: 60 diameter_mm: 24 } }
       film_diagonal_mm: 40 focus_distance: 5 blades: 6 blade_degrees: 10 units_per_mm: 0.001)";
-  static constexpr int kSamples = 6;
+  static constexpr int kSamples = 10;
 
   support::TempDir folder_;
   client::ImportedScene samples_[kSamples];

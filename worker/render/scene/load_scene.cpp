@@ -56,6 +56,7 @@ class BuiltScene final : public RenderScene {
           absl::StrCat("there is no integrator '", job.content().algorithms().integrator(), "' here"));
     }
     std::vector<wire::ChannelDesc> channels = wire::channels_of(job.view());
+    if (scene.has_rig()) return absl::InvalidArgumentError("rig: it is for clients to resolve into views");
     if (job.view().width() == 0 || job.view().height() == 0)
       return absl::InvalidArgumentError("the film has no pixels");
     if (auto s = wire::check_scene_numbers(scene); !s.ok()) return s;
@@ -66,7 +67,7 @@ class BuiltScene final : public RenderScene {
       if (auto known = std::static_pointer_cast<const SceneContent>(options.contents->find(key))) {
         auto self = std::unique_ptr<BuiltScene>(
             new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), std::move(known), job));
-        if (auto s = view_content(scene, job, self->tables_); !s.ok()) return s;
+        if (auto s = view_content(scene, job, blobs, self->tables_); !s.ok()) return s;
         if (options.geometry_read) options.geometry_read();
         return made_ready(std::move(self), scene, job, options.stop);
       }

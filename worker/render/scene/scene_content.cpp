@@ -222,6 +222,8 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   camera.clear_screen_window();
   camera.clear_near_clip();
   camera.clear_far_clip();
+  camera.clear_distortion();
+  camera.clear_view_name();
   std::string key = absl::StrCat(isa, " ");
   const auto origin = render_origin(scene);
   if (camera.world_from_camera_end().elements().empty() && origin.ok()) {
@@ -229,6 +231,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
                     absl::Hex(std::bit_cast<std::uint64_t>(origin->y)), " ",
                     absl::Hex(std::bit_cast<std::uint64_t>(origin->z)), " ");
     camera.clear_world_from_camera();
+    camera.clear_viewpoint();
   }
   v1::Algorithms algorithms = job.content().algorithms();
   absl::StrAppend(&key, building_key(*wire::find_algorithm(algorithms.integrator()), scene), " ");
@@ -236,11 +239,12 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   return absl::StrCat(key, wire::digest_of({&algorithms, &relevant}));
 }
 
-absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneTables& tables) {
+absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs,
+                          SceneTables& tables) {
   const Settings settings = read_settings(job);
   const auto origin = render_origin(scene);
   if (!origin.ok()) return origin.status();
-  return set_view(scene, job, settings, render_space_about(*origin), tables);
+  return set_view(scene, job, settings, render_space_about(*origin), blobs, tables);
 }
 
 struct ContentBuild::Parts {
@@ -304,7 +308,7 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   ArrayBuilders& builders = parts->builders;
   SceneTables& tables = content->tables;
   if (settings.spectral) tables.spectral = &arrays.spectral;
-  if (auto s = set_view(scene, job, settings, builders.space, tables); !s.ok()) return s;
+  if (auto s = set_view(scene, job, settings, builders.space, blobs, tables); !s.ok()) return s;
   if (auto s = builders.run(); !s.ok()) return s;
   accel.structures.prepare(arrays.shapes);
   const auto medium = builders.media.names().find(scene.camera().medium());

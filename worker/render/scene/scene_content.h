@@ -35,7 +35,8 @@ struct SceneContent {
 std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const std::string& isa);
 
 /// Sets camera, film and sampler in the tables of content that has the key of this scene and job.
-absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, SceneTables& tables);
+absl::Status view_content(const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs,
+                          SceneTables& tables);
 
 /// Builds content in two steps. Errors as of load_scene(). The arguments must outlive it.
 class ContentBuild {

@@ -361,9 +361,9 @@ std::vector<SceneFault> find_job_faults(const v1::Scene& scene, const v1::JobSpe
     const SceneArrays unused;
     SceneTables tables(unused);
     const RenderSpace space = render_space_about(*origin);
-    set_view(scene, job, settings, space, tables, faults);
+    set_view(scene, job, settings, space, blobs, tables, faults);
     for (int i = 0; i < scene.views_size(); ++i)
-      check_camera(scene.views(i), absl::StrCat("view ", i + 1), job, settings, space, faults);
+      check_camera(scene.views(i), absl::StrCat("view ", i + 1), job, settings, space, blobs, faults);
   }
   check_counts(scene, settings, blobs, faults);
   return faults.take();

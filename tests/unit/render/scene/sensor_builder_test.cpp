@@ -130,7 +130,7 @@ TEST(BuildSensor, CylindersSpanTheirFieldAcrossTheFilm) {
   EXPECT_EQ(edges_of(*half), RasterEdges::kOpen);
   EXPECT_THAT(refusal("cylindrical { fov_degrees: 361 }"), HasSubstr("361 degrees is not in (0, 360]"));
   EXPECT_THAT(refusal("cylindrical { fov_degrees: 90 } screen_window: [-1, 1, -1, 1]"),
-              HasSubstr("spherical and cylindrical ones have no screen window"));
+              HasSubstr("those that see all around have no screen window"));
 }
 
 TEST(BuildSensor, HasStepsWhereItMoves) {
@@ -186,7 +186,7 @@ TEST(SetView, LeavesTheCamerasMediumToTheContent) {
   tables.sensor.medium = 3;
   const auto job = message<v1::JobSpec>("view { width: 8 height: 4 seed: 5 max_depth: 2 }");
   const auto scene = message<v1::Scene>("camera { orthographic {} } film { exposure: 2 }");
-  ASSERT_EQ(set_view(scene, job, read_settings(job), render_space_about({0, 0, 0}), tables),
+  ASSERT_EQ(set_view(scene, job, read_settings(job), render_space_about({0, 0, 0}), {}, tables),
             absl::OkStatus());
   EXPECT_EQ(tables.sensor.medium, 3);
   EXPECT_EQ(tables.sensor.width, 8);
@@ -195,7 +195,7 @@ TEST(SetView, LeavesTheCamerasMediumToTheContent) {
   EXPECT_EQ(tables.max_depth, 2);
   const auto dark = message<v1::Scene>("camera { orthographic {} } film { exposure: nan }");
   EXPECT_THAT(
-      std::string(set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), tables).message()),
+      std::string(set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), {}, tables).message()),
       HasSubstr("film: the exposure is not finite"));
 }
 

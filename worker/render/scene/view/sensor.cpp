@@ -13,7 +13,10 @@
 #include "absl/strings/str_join.h"
 #include "render/scene/placement/motion.h"
 #include "render/scene/values/located.h"
+#include "render/scene/view/all_around.h"
+#include "render/scene/view/distortion.h"
 #include "render/scene/view/lens.h"
+#include "render/scene/view/viewpoint.h"
 #include "render/sensor/lens_table.h"
 #include "wire/lens_message.h"
 
@@ -21,15 +24,19 @@ namespace tessera::render {
 
 namespace {
 
-absl::Status set_camera_motion(const v1::Camera& camera, const Transform& start, const RenderSpace& space,
-                               SensorRecord& record) {
+/// `viewpoint`: to camera space.
+absl::Status set_camera_motion(const v1::Camera& camera, const Transform& start, const Transform& viewpoint,
+                               const RenderSpace& space, SensorRecord& record) {
   const auto end = Transform::from_proto(camera.world_from_camera_end());
   if (!end.ok()) return end.status();
   const auto motion = Motion::between(start, *end);
   if (!motion.ok()) return motion.status();
   if (!motion->moves()) return absl::OkStatus();
-  return append_steps([&](double time) { return space.from_world * motion->at(time); }, motion->segments(),
-                      record.steps);
+  const auto pose = [&](double time) {
+    const Transform render_from_camera = space.from_world * motion->at(time);
+    return camera.has_viewpoint() ? render_from_camera * viewpoint : render_from_camera;
+  };
+  return append_steps(pose, motion->segments(), record.steps);
 }
 
 /// The film's window on the screen; `half_side`: of the screen whose shorter side spans [-1, 1], in camera
@@ -167,37 +174,74 @@ absl::Status set_lens_system(const v1::Camera& camera, FilmSize film, bool spect
   return absl::OkStatus();
 }
 
-absl::Status set_cylinder(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
-  const double fov = camera.cylindrical().fov_degrees();
-  if (!(fov > 0 && fov <= 360)) {
+/// Tilts a thin lens whose radius, focal distance and aperture are set, before a film whose places are.
+absl::Status set_tilt(const v1::LensTilt& tilt, SensorRecord& record) {
+  const double x = tilt.x_degrees() * std::numbers::pi / 180, y = tilt.y_degrees() * std::numbers::pi / 180;
+  const double focal_length = tilt.focal_length(), distance = record.focal_distance;
+  if (!(std::abs(tilt.x_degrees()) < 90 && std::abs(tilt.y_degrees()) < 90)) {
     return absl::InvalidArgumentError(
-        absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 360]"));
+        absl::StrCat("camera: a lens is tilted by less than 90 degrees, not by ", tilt.x_degrees(), " and ",
+                     tilt.y_degrees()));
   }
-  record.kind = SensorKind::kCylindrical;
-  const double width = fov * std::numbers::pi / 180, pixel = width / film.width;
-  record.scale_x = static_cast<float>(pixel), record.offset_x = static_cast<float>(-width / 2);
-  record.scale_y = static_cast<float>(-pixel), record.offset_y = static_cast<float>(pixel * film.height / 2);
+  if (!(focal_length > 0))
+    return absl::InvalidArgumentError("camera: a lens that is tilted needs a focal length above 0");
+  if (record.has_barrel)
+    return absl::InvalidArgumentError(
+        "camera: a lens that is tilted has no barrel: cat's eyes are of others");
+  if (record.lens_radius == 0) return absl::OkStatus();
+  const double cx = std::cos(x), sx = std::sin(x), cy = std::cos(y), sy = std::sin(y);
+  const Imath::V3d axis(sy * cx, sx, cy * cx), across_x(cy, 0, -sy), across_y(-sy * sx, cx, -cy * sx);
+  if (!(axis.z * distance > focal_length)) {
+    return absl::InvalidArgumentError(absl::StrCat("camera: a lens with a focal length of ", focal_length,
+                                                   " that is tilted so much cannot focus at ", distance,
+                                                   ", but only beyond ", focal_length / axis.z));
+  }
+  // The thin lens equation along the lens's axis [Scheimpflug 1904; Merklinger 1996].
+  const Imath::V3d plane(axis.x / focal_length, axis.y / focal_length, 1 / distance);
+  auto table = record.lens ? std::make_shared<LensTable>(*record.lens) : std::make_shared<LensTable>();
+  const double widest = std::max(1.0, double{table->aperture.width}) * record.lens_radius;
+  if (!(std::hypot(plane ^ across_x, plane ^ across_y) * widest < 1)) {
+    return absl::InvalidArgumentError(
+        "camera: its lens is tilted so much that the plane of focus passes through the lens");
+  }
+  for (const double column : {0.0, static_cast<double>(record.width)}) {
+    for (const double row : {0.0, static_cast<double>(record.height)}) {
+      const Imath::V3d corner(record.offset_x + column * record.scale_x,
+                              record.offset_y + row * record.scale_y, 1);
+      if (!((axis ^ corner) > 0)) {
+        return absl::InvalidArgumentError(
+            "camera: its lens is tilted so much that the film reaches through the plane of the lens");
+      }
+    }
+  }
+  for (int i = 0; i < 3; ++i) {
+    table->tilt.across_x[i] = static_cast<float>(across_x[i]);
+    table->tilt.across_y[i] = static_cast<float>(across_y[i]);
+    table->tilt.plane[i] = static_cast<float>(plane[i]);
+  }
+  record.lens = std::move(table);
+  record.kind = SensorKind::kTiltedLens;
   return absl::OkStatus();
 }
 
-absl::Status refuse_screen(const v1::Camera& camera) {
-  if (camera.screen_window_size() == 0) return absl::OkStatus();
-  return absl::InvalidArgumentError("camera: spherical and cylindrical ones have no screen window");
+absl::Status set_perspective(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
+  const v1::PerspectiveCamera& perspective = camera.perspective();
+  const double fov = perspective.fov_degrees();
+  if (!(fov > 0 && fov < 180)) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
+  }
+  const double half_side = std::tan(fov * std::numbers::pi / 360);
+  if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
+  if (auto s = set_lens(perspective, record); !s.ok()) return s;
+  return perspective.has_tilt() ? set_tilt(perspective.tilt(), record) : absl::OkStatus();
 }
 
 /// How the film lies before the camera, and its lens.
 absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
   switch (camera.kind_case()) {
-    case v1::Camera::kPerspective: {
-      const double fov = camera.perspective().fov_degrees();
-      if (!(fov > 0 && fov < 180)) {
-        return absl::InvalidArgumentError(
-            absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
-      }
-      const double half_side = std::tan(fov * std::numbers::pi / 360);
-      if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
-      return set_lens(camera.perspective(), record);
-    }
+    case v1::Camera::kPerspective:
+      return set_perspective(camera, film, record);
     case v1::Camera::kOrthographic:
       record.kind = SensorKind::kOrthographic;
       if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
@@ -207,16 +251,10 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
     case v1::Camera::kFisheye:
       return set_fisheye(camera, film, record);
     case v1::Camera::kCylindrical:
-      if (auto s = refuse_screen(camera); !s.ok()) return s;
-      return set_cylinder(camera, film, record);
     case v1::Camera::kSpherical:
-      if (auto s = refuse_screen(camera); !s.ok()) return s;
-      record.kind = camera.spherical().mapping() == v1::SphericalCamera::EQUAL_AREA_OCTAHEDRAL
-                        ? SensorKind::kOctahedral
-                        : SensorKind::kEquirectangular;
-      record.scale_x = 1.0f / static_cast<float>(film.width);
-      record.scale_y = 1.0f / static_cast<float>(film.height);
-      return absl::OkStatus();
+    case v1::Camera::kPanorama:
+    case v1::Camera::kCubeMap:
+      return set_all_around(camera, record);
     case v1::Camera::KIND_NOT_SET:
       break;
   }
@@ -226,15 +264,20 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
 }  // namespace
 
 absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
-                                          const wire::AlgorithmTraits& algorithm, bool spectral) {
+                                          const wire::AlgorithmTraits& algorithm, bool spectral,
+                                          const BlobSource& blobs) {
   const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
   if (world_from_camera->determinant() == 0)
     return absl::InvalidArgumentError("camera: its transform is singular");
+  const auto viewpoint = camera_from_viewpoint(camera);
+  if (!viewpoint.ok()) return viewpoint.status();
   SensorRecord record;
-  record.render_from_sensor = (space.from_world * *world_from_camera).to_affine();
+  const Transform render_from_camera = space.from_world * *world_from_camera;
+  record.render_from_sensor =
+      (camera.has_viewpoint() ? render_from_camera * *viewpoint : render_from_camera).to_affine();
   if (!camera.world_from_camera_end().elements().empty()) {
-    if (auto s = set_camera_motion(camera, *world_from_camera, space, record); !s.ok())
+    if (auto s = set_camera_motion(camera, *world_from_camera, *viewpoint, space, record); !s.ok())
       return located(s, "camera");
   }
   record.near_clip = camera.near_clip();
@@ -247,6 +290,12 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   record.height = static_cast<std::int32_t>(film.height);
   if (auto s = check_for_algorithm(camera, film, algorithm); !s.ok()) return s;
   if (auto s = set_projection(camera, film, spectral, record); !s.ok()) return s;
+  move_window(camera, record);
+  if (camera.has_distortion()) {
+    auto distortion = distortion_table(camera, record, blobs);
+    if (!distortion.ok()) return distortion.status();
+    record.distortion = *std::move(distortion);
+  }
   return record;
 }
 

@@ -8,6 +8,7 @@
 #include "render/sensor/footprint_record.h"
 #include "wire/film_sensor.h"
 #include "wire/pixel_filter.h"
+#include "wire/scene_views.h"
 
 namespace tessera::render {
 
@@ -43,28 +44,29 @@ absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter) {
 
 std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
                                          const v1::JobSpec& job, const Settings& settings,
-                                         const RenderSpace& space, FaultList& faults) {
-  if (settings.aovs.has(wire::HitAov::kMotion) && (camera.has_spherical() || camera.has_cylindrical())) {
+                                         const RenderSpace& space, const BlobSource& blobs,
+                                         FaultList& faults) {
+  if (settings.aovs.has(wire::HitAov::kMotion) && wire::sees_all_around(camera)) {
     faults.add(
         camera, place,
         absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
   }
   auto sensor = build_sensor(camera, {job.view().width(), job.view().height()}, space, *settings.algorithm,
-                             settings.spectral);
+                             settings.spectral, blobs);
   if (!faults.add(camera, place, sensor.status())) return std::nullopt;
   return *std::move(sensor);
 }
 
 absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
-                      const RenderSpace& space, SceneTables& tables) {
+                      const RenderSpace& space, const BlobSource& blobs, SceneTables& tables) {
   FaultList faults(1);
-  set_view(scene, job, settings, space, tables, faults);
+  set_view(scene, job, settings, space, blobs, tables, faults);
   return faults.first();
 }
 
 void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
-              const RenderSpace& space, SceneTables& tables, FaultList& faults) {
-  if (auto sensor = check_camera(scene.camera(), "camera", job, settings, space, faults)) {
+              const RenderSpace& space, const BlobSource& blobs, SceneTables& tables, FaultList& faults) {
+  if (auto sensor = check_camera(scene.camera(), "camera", job, settings, space, blobs, faults)) {
     const std::int32_t medium = tables.sensor.medium;  // belongs to the content
     tables.sensor = *std::move(sensor);
     tables.sensor.medium = medium;

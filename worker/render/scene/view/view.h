@@ -8,6 +8,7 @@
 #include "absl/status/statusor.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/scene_tables.h"
+#include "render/scene/blob_source.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/values/fault_list.h"
 #include "render/scene/view/sensor.h"
@@ -20,17 +21,19 @@ namespace tessera::render {
 absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter);
 
 /// The sensor that a camera is, but for its medium; absent, and `faults` has why, where there is none.
-/// `place` is what the camera is called there.
+/// `place` is what the camera is called there. `blobs`: of the scene; without, a camera that needs one is at
+/// fault.
 std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
                                          const v1::JobSpec& job, const Settings& settings,
-                                         const RenderSpace& space, FaultList& faults);
+                                         const RenderSpace& space, const BlobSource& blobs,
+                                         FaultList& faults);
 
 /// Sets camera, film and sampler; leaves the arrays alone, and the medium of the camera, which is one of
 /// them.
 absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
-                      const RenderSpace& space, SceneTables& tables);
+                      const RenderSpace& space, const BlobSource& blobs, SceneTables& tables);
 /// The same, but goes on after a fault.
 void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
-              const RenderSpace& space, SceneTables& tables, FaultList& faults);
+              const RenderSpace& space, const BlobSource& blobs, SceneTables& tables, FaultList& faults);
 
 }  // namespace tessera::render

@@ -1,5 +1,5 @@
 // Six perspectives of 90 degrees [Greene 1986, Environment Mapping and Other Applications of World
-// Projections]. Places are counted in cells of the picture, each of which is a face or black.
+// Projections]. Places are halves of cells of the picture, each of which is a face or black.
 #include "render/core/constants.h"
 #include "render/sensor/model/about_point.h"
 #include "render/sensor/panorama_table.h"
@@ -35,7 +35,7 @@ class CubeMapSensor final : public SensorModel {
       const auto size = static_cast<float>(cells);
       return size - abs(size - abs(x));
     };
-    const Float x = fold(place.x, cube.columns), y = fold(place.y, cube.rows);
+    const Float x = fold(0.5f * place.x, cube.columns), y = fold(0.5f * place.y, cube.rows);
     const Float column = min(floor(x), static_cast<float>(cube.columns - 1)),
                 row = min(floor(y), static_cast<float>(cube.rows - 1));
     const Float u = on_face(cube, fma(x - column, Float(2.0f), Float(-1.0f))),
@@ -62,13 +62,10 @@ class CubeMapSensor final : public SensorModel {
       const Float u = dot(point, axis_of(face.right)) * inverse, v = dot(point, axis_of(face.up)) * inverse;
       const Mask here = and_not((depth > 0.0f) & (abs(u) <= 1.0f) & (abs(v) <= 1.0f), found.valid);
       if (none(here)) continue;
-      const Vec2 place{face.column + 0.5f * (1.0f + in_row(cube, u)),
-                       face.row + 0.5f * (1.0f - in_row(cube, v))};
-      // A steradian takes more of the face the farther from its middle, by the cube of the secant; a cell
-      // spans two units of the face either way.
+      const Vec2 place{2.0f * face.column + 1.0f + in_row(cube, u), 2.0f * face.row + 1.0f - in_row(cube, v)};
+      // A steradian takes more of the face the farther from its middle, by the cube of the secant.
       const Float secant = length(point) * inverse;
-      const Float places =
-          0.25f * rows_per_step(cube, u) * rows_per_step(cube, v) * (secant * secant * secant);
+      const Float places = rows_per_step(cube, u) * rows_per_step(cube, v) * (secant * secant * secant);
       const LocalConnection seen = from_point(sensor, point, place, places);
       found.place = {select(here, seen.place.x, found.place.x), select(here, seen.place.y, found.place.y)};
       found.density = select(here, seen.density, found.density);
@@ -79,7 +76,7 @@ class CubeMapSensor final : public SensorModel {
   }
 
   Float pixel_width(const SensorRecord& sensor, Float distance) const override {
-    return distance * (2 * pixel_step(sensor) * (sensor.panorama->cube.equiangular ? kPi / 4 : 1.0f));
+    return distance * (pixel_step(sensor) * (sensor.panorama->cube.equiangular ? kPi / 4 : 1.0f));
   }
 };
 

@@ -113,14 +113,16 @@ class PanoramaSensor final : public SensorModel {
         met.t = select(inside, next, 0.5f * (low + high));
       }
       met.eye = eye_at(eyes, latitude_at(met.t));
-      // Nothing sees the inside of the circle, nor what is above the eyes' circle where eyes do not merge.
       const Float error = fma(met.t, met.t, sqr(met.eye.radius * (1.0f - met.t * k))) - squared;
-      met.valid = (met.t > most) & (abs(error) <= 1e-4f * squared);
+      met.valid = (met.t > 0.0f) & (abs(error) <= 1e-4f * squared);
     }
     met.sine = clamp(height / max(met.t, 1e-30f), -1.0f, 1.0f);
     // By the distance from the axis, which keeps its digits towards the poles.
     const Float beside = met.eye.radius * (1.0f - met.t * k);
-    met.cosine = safe_sqrt(sqr(across) - sqr(beside)) / max(met.t, 1e-30f);
+    const Float ahead = sqr(across) - sqr(beside);
+    met.cosine = safe_sqrt(ahead) / max(met.t, 1e-30f);
+    // Nothing sees the inside of the circle, nor what is above it where eyes do not merge.
+    met.valid &= ahead > 1e-5f * sqr(beside);
     return met;
   }
 };

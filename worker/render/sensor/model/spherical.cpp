@@ -40,8 +40,8 @@ class EqualAreaCylindricalSensor final : public SensorModel {
 
   LocalRay start(const SensorRecord&, Vec2 square, Vec2) const override {
     // Beyond a pole, the meridian is the opposite one (RasterEdges::kOverPole).
-    const Float row = 1.0f - abs(1.0f - abs(square.y));
-    const Mask over = row != square.y;
+    const Mask over = (square.y < 0.0f) | (square.y > 1.0f);
+    const Float row = select(over, 1.0f - abs(1.0f - abs(square.y)), square.y);
     const Float phi = 2.0f * kPi * (square.x + select_or_zero(over, Float(0.5f)));
     const Float sin_theta = 2.0f * safe_sqrt(row * (1.0f - row));
     return {sensor_origin(), {sin_theta * cos(phi), 1.0f - 2.0f * row, sin_theta * sin(phi)}};
