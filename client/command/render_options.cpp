@@ -157,7 +157,8 @@ void define_film_options(options::Command& command, RenderOptions& options) {
       .as_setting();
   command.add("--isa", job.isa, "kernels to use, on every worker").type_name("NAME").as_setting();
   define_gltf_options(command, options.gltf);
-  for (const char* const name : {"--camera", "--time", "--animation", "--variant", "--default-light"})
+  for (const char* const name : {"--camera", "--time", "--shutter", "--shutter-position", "--animation",
+                                 "--variant", "--default-light"})
     command.option(name).as_setting();
 }
 

@@ -25,8 +25,19 @@ bool differ(const v1::Matrix& start, const v1::Matrix& end) {
   return !std::ranges::equal(start.elements(), end.elements());
 }
 
+/// Whether a shape or instance moves while the shutter is open.
+bool moves(const v1::Matrix& start, const v1::Matrix& end,
+           const google::protobuf::RepeatedPtrField<v1::MotionKey>& keys) {
+  const auto moves_to = [&](const v1::MotionKey& key) {
+    if (!key.has_place()) return key.turn().degrees() != 0;
+    const bool back = key.place().elements().empty();  // the identity
+    return key.turn().degrees() != 0 || (back ? differ(key.place(), start) : differ(start, key.place()));
+  };
+  return differ(start, end) || std::ranges::any_of(keys, moves_to);
+}
+
 bool moves(const v1::Shape& shape) {
-  return differ(shape.world_from_object(), shape.world_from_object_end()) ||
+  return moves(shape.world_from_object(), shape.world_from_object_end(), shape.motion()) ||
          !shape.mesh().later_blobs().empty() || !shape.curves().later_points().empty();
 }
 
@@ -105,7 +116,7 @@ class ObstacleFinder {
     }
     for (int i = 0; i < holder.instances_size() && still_ && !full(); ++i) {
       const v1::Instance& instance = holder.instances(i);
-      if (differ(instance.world_from_instance(), instance.world_from_instance_end()))
+      if (moves(instance.world_from_instance(), instance.world_from_instance_end(), instance.motion()))
         add(instance, where + place_in_scene("instance", i, instance.object()), still_);
     }
   }

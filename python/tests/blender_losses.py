@@ -46,7 +46,14 @@ nodes.remove(nodes["Principled BSDF"])
 links.new(nodes.new("ShaderNodeVolumePrincipled").outputs[0], nodes["Material Output"].inputs["Volume"])
 cloud.data.materials.append(fog)
 
-exporter = Exporter(bpy.context.evaluated_depsgraph_get())
+# A shape that changes.
+ball.shape_key_add(name="Basis")
+ball.shape_key_add(name="large")
+for frame, value in ((1, 0), (5, 1)):
+    ball.data.shape_keys.key_blocks["large"].value = value
+    ball.data.shape_keys.key_blocks["large"].keyframe_insert("value", frame=frame)
+
+exporter = Exporter(bpy.context.evaluated_depsgraph_get(), tessera_blender.frame_setter(bpy.context))
 exporter.export().save(sys.argv[-1])
 for warning in exporter.warnings:
     print("warning:", warning)

@@ -119,6 +119,48 @@ def build() -> None:
         bpy.context.object.data.materials.append(glow)
 
 
+    if lamps in ("motion", "rolling", "stands"):
+        animate(holder)
+
+
+def animate(camera: bpy.types.Object) -> None:
+    """A block that glows, turns and slides, before a camera that pans."""
+    scene = bpy.context.scene
+    for thing in list(bpy.data.objects):
+        if thing is not camera:
+            bpy.data.objects.remove(thing)
+    camera.location, camera.rotation_euler = (0, -7, 0), (1.5708, 0, 0)
+    camera.data.dof.use_dof = False
+    bpy.ops.mesh.primitive_cube_add(size=1, location=(-0.5, 0, 0.3))
+    block = bpy.context.object
+    block.scale = (3, 0.5, 0.5)
+    white = principled("white", Base_Color=(0.8, 0.8, 0.8, 1), Roughness=1.0, Specular=0.0)
+    block.data.materials.append(white)
+    background = scene.world.node_tree.nodes["Background"]
+    background.inputs["Strength"].default_value, background.inputs["Color"].default_value = 1.0, (1, 0.2, 0.2, 1)
+    lamp("SUN", (0, 0, 5), 3.0, (0.9, 0.2, 0), angle=0.0)
+    # Frame 1 is in the middle of a shutter of half a frame.
+    for frame, x, turn, pan in ((0, -1.5, -4.4, 0.1), (2, 0.5, 4.4, -0.1)):
+        block.location.x, block.rotation_euler.y, camera.rotation_euler.z = x, turn, pan
+        for thing in (block, camera):
+            thing.keyframe_insert("location", frame=frame)
+            thing.keyframe_insert("rotation_euler", frame=frame)
+            for curve in thing.animation_data.action.fcurves:
+                for key in curve.keyframe_points:
+                    key.interpolation = "LINEAR"
+    scene.frame_set(1)
+    scene.render.use_motion_blur = lamps != "stands"
+    scene.render.motion_blur_shutter = 0.5
+    block.cycles.motion_steps = 4
+    if lamps == "motion":
+        points = scene.render.motion_blur_shutter_curve.curves[0].points
+        while len(points) > 2:
+            points.remove(points[1])
+        points[0].location, points[-1].location = (0, 0), (1, 1)
+    if lamps == "rolling":
+        scene.cycles.rolling_shutter_type, scene.cycles.rolling_shutter_duration = "TOP", 0.1
+
+
 tessera_blender.register()
 build()
 scene = bpy.context.scene

@@ -14,13 +14,6 @@
 namespace tessera::client {
 namespace {
 
-/// Acts on row vectors.
-Imath::M44d matrix_of(const v1::Matrix& message) {
-  Imath::M44d columns;
-  if (message.elements_size() == 16) std::copy_n(message.elements().begin(), 16, columns.getValue());
-  return columns.transposed();
-}
-
 RowMatrix attribute_of(const Imath::M44d& matrix) {
   RowMatrix result;
   std::copy_n(matrix.getValue(), result.m.size(), result.m.begin());

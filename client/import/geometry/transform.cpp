@@ -132,6 +132,12 @@ void write_matrix(const M44d& t, v1::Matrix& matrix) {
   write_all_elements(t, matrix);
 }
 
+Imath::M44d matrix_of(const v1::Matrix& message) {
+  M44d columns;
+  if (message.elements_size() == 16) std::copy_n(message.elements().begin(), 16, columns.getValue());
+  return columns.transposed();
+}
+
 void write_all_elements(const M44d& t, v1::Matrix& matrix) {
   matrix.clear_elements();
   for (const double element : elements_of(t)) matrix.add_elements(element);

@@ -43,6 +43,8 @@ std::optional<Imath::M44d> look_at(const Imath::V3d& eye, const Imath::V3d& targ
 /// `TransformTimes`.
 struct MovingTransform {
   Imath::M44d start, end;
+  // When it begins and ends to move, 0 and 1 being the times between which the shutter is open.
+  double begins = 0, ends = 1;
 
   bool moves() const { return !(start == end); }
   bool operator==(const MovingTransform&) const = default;
@@ -54,6 +56,8 @@ Imath::M44d interpolated(const MovingTransform& moving, double t, double t_start
 /// In the order of v1::Matrix, which multiplies column vectors from the left.
 std::array<double, 16> elements_of(const Imath::M44d& t);
 void write_matrix(const Imath::M44d& t, v1::Matrix& matrix);
+/// The identity for a message that is empty, or no matrix.
+Imath::M44d matrix_of(const v1::Matrix& message);
 /// All 16 elements, also of the identity: for fields where empty means something else.
 void write_all_elements(const Imath::M44d& t, v1::Matrix& matrix);
 

@@ -1,32 +1,20 @@
 // Animations at one moment: keys, interpolated as glTF 2.0 says (appendix C).
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "import/gltf/nodes.h"
 
 namespace tessera::client::gltf {
 namespace {
 
-enum class Path { kTranslation, kRotation, kScale, kWeights, kOther };
-
-Path path_of(const std::string& word) {
-  if (word == "translation") return Path::kTranslation;
-  if (word == "rotation") return Path::kRotation;
-  if (word == "scale") return Path::kScale;
-  return word == "weights" ? Path::kWeights : Path::kOther;
+std::optional<PosePart> part_of(const std::string& word) {
+  if (word == "translation") return PosePart::kTranslation;
+  if (word == "rotation") return PosePart::kRotation;
+  if (word == "scale") return PosePart::kScale;
+  if (word == "weights") return PosePart::kWeights;
+  return std::nullopt;
 }
-
-/// The keys of one sampler. Of a cubic spline, each has an in-tangent, a value and an out-tangent.
-struct Keys {
-  std::vector<float> times, values;
-  std::size_t width = 0;  // numbers a value
-  bool steps = false, cubic = false;
-
-  double at(std::size_t key, std::size_t part, std::size_t i) const {
-    return values[(cubic ? 3 * key + part : key) * width + i];
-  }
-  double value(std::size_t key, std::size_t i) const { return at(key, 1, i); }
-};
 
 std::vector<double> spherical(const Keys& keys, std::size_t key, double t) {
   double cosine = 0;
@@ -40,7 +28,7 @@ std::vector<double> spherical(const Keys& keys, std::size_t key, double t) {
   return result;
 }
 
-std::vector<double> evaluate(const Keys& keys, Path path, double time) {
+std::vector<double> evaluate(const Keys& keys, PosePart part, double time) {
   const auto after = std::upper_bound(keys.times.begin(), keys.times.end(), static_cast<float>(time));
   const std::size_t next = static_cast<std::size_t>(after - keys.times.begin());
   std::vector<double> result(keys.width);
@@ -58,19 +46,19 @@ std::vector<double> evaluate(const Keys& keys, Path path, double time) {
     }
     return result;
   }
-  if (path == Path::kRotation) return spherical(keys, key, t);
+  if (part == PosePart::kRotation) return spherical(keys, key, t);
   for (std::size_t i = 0; i < keys.width; ++i) {
     result[i] = (1 - t) * keys.value(key, i) + t * keys.value(next, i);
   }
   return result;
 }
 
-class Animator {
+class ChannelReader {
  public:
-  Animator(Context& context, AccessorTable& accessors, std::vector<Node>& nodes)
+  ChannelReader(Context& context, AccessorTable& accessors, const std::vector<Node>& nodes)
       : context_(context), accessors_(accessors), nodes_(nodes) {}
 
-  /// Checks the animation; with `plays`, its nodes are moved.
+  /// Checks the animation; with `plays`, its channels are kept.
   void run(const Json& animation, const std::string& place, bool plays) {
     for (std::size_t c = 0; c < size_of(&animation, "channels") && !context_.diagnostics.full(); ++c) {
       const Json& channel = *element(&animation, "channels", c);
@@ -79,22 +67,24 @@ class Animator {
       const Json* found = element(&animation, "samplers", sampler);
       const Json* target = member(&channel, "target");
       const std::optional<std::size_t> node = index_of(target, "node");
-      const Path path = path_of(text_of(target, "path"));
+      const std::optional<PosePart> part = part_of(text_of(target, "path"));
       if (!node) continue;  // its target is an extension's
-      if (path == Path::kOther) {
+      if (!part) {
         context_.error(below(below(at, "target"), "path"),
                        "expected translation, rotation, scale or weights");
         continue;
       }
-      if (nodes_[*node].pose.matrix && path != Path::kWeights) {
+      if (nodes_[*node].pose.matrix && part != PosePart::kWeights) {
         context_.error(below(at, "target"), concat("node ", *node, " has a matrix, which is not animated"));
         continue;
       }
       const std::string of = below(below(place, "samplers"), sampler);
-      if (const std::optional<Keys> keys = read_keys(*found, path, nodes_[*node], of); keys && plays)
-        apply(evaluate(*keys, path, *context_.options.time), path, nodes_[*node]);
+      std::optional<Keys> keys = read_keys(*found, *part, nodes_[*node], of);
+      if (keys && plays) channels_.push_back({*node, *part, *std::move(keys)});
     }
   }
+
+  std::vector<Channel> channels() && { return std::move(channels_); }
 
  private:
   std::size_t targets_of(const Node& node) const {
@@ -103,16 +93,17 @@ class Animator {
     return size_of(element(element(&context_.document, "meshes", *mesh), "primitives", 0), "targets");
   }
 
-  std::optional<Keys> read_keys(const Json& sampler, Path path, const Node& node, const std::string& place) {
+  std::optional<Keys> read_keys(const Json& sampler, PosePart part, const Node& node,
+                                const std::string& place) {
     const std::size_t input = *index_of(&sampler, "input"), output = *index_of(&sampler, "output");
     const Accessor &times = accessors_[input], &values = accessors_[output];
     Keys keys;
     const std::string word = text_of(&sampler, "interpolation", "LINEAR");
     keys.steps = word == "STEP", keys.cubic = word == "CUBICSPLINE";
-    keys.width = path == Path::kRotation ? 4 : path == Path::kWeights ? targets_of(node) : 3;
-    const int components = path == Path::kWeights ? 1 : static_cast<int>(keys.width);
+    keys.width = part == PosePart::kRotation ? 4 : part == PosePart::kWeights ? targets_of(node) : 3;
+    const int components = part == PosePart::kWeights ? 1 : static_cast<int>(keys.width);
     const std::size_t expected =
-        times.count * (keys.cubic ? 3 : 1) * (path == Path::kWeights ? keys.width : 1);
+        times.count * (keys.cubic ? 3 : 1) * (part == PosePart::kWeights ? keys.width : 1);
     if (values.components != components || values.count != expected) {
       context_.error(below(place, "output"),
                      concat("expected ", expected, " elements of ", components, " components, found ",
@@ -133,35 +124,50 @@ class Animator {
     return keys;
   }
 
-  static void apply(const std::vector<double>& value, Path path, Node& node) {
-    Pose& pose = node.pose;
-    if (path == Path::kTranslation) pose.translation = {value[0], value[1], value[2]};
-    if (path == Path::kScale) pose.scale = {value[0], value[1], value[2]};
-    if (path == Path::kRotation) std::ranges::copy(value, pose.rotation);
-    if (path == Path::kWeights) pose.weights = value;
-  }
-
   Context& context_;
   AccessorTable& accessors_;
-  std::vector<Node>& nodes_;
+  const std::vector<Node>& nodes_;
+  std::vector<Channel> channels_;
 };
 
 }  // namespace
 
-void animate(Context& context, AccessorTable& accessors, std::vector<Node>& nodes) {
-  Animator animator(context, accessors, nodes);
+void apply(const Channel& channel, double time, Pose& pose) {
+  const std::vector<double> value = evaluate(channel.keys, channel.part, time);
+  switch (channel.part) {
+    case PosePart::kTranslation:
+      pose.translation = {value[0], value[1], value[2]};
+      break;
+    case PosePart::kScale:
+      pose.scale = {value[0], value[1], value[2]};
+      break;
+    case PosePart::kRotation:
+      std::ranges::copy(value, pose.rotation);
+      break;
+    case PosePart::kWeights:
+      pose.weights = value;
+      break;
+  }
+}
+
+std::vector<Channel> read_animations(Context& context, AccessorTable& accessors,
+                                     const std::vector<Node>& nodes) {
+  ChannelReader reader(context, accessors, nodes);
   const std::string& wanted = context.options.animation;
   bool found = false;
   for (std::size_t i = 0; i < size_of(&context.document, "animations"); ++i) {
     const Json& animation = *element(&context.document, "animations", i);
     const bool chosen = wanted.empty() || text_of(&animation, "name") == wanted || concat(i) == wanted;
     found = found || chosen;
-    animator.run(animation, below("/animations", i), chosen && context.options.time.has_value());
+    reader.run(animation, below("/animations", i), chosen && context.options.time.has_value());
   }
   if (!wanted.empty() && !found)
     context.error("/animations", concat("there is no animation \"", wanted, "\""));
   if (!wanted.empty() && !context.options.time)
     context.warn("/animations", "an animation is chosen, but no time: nodes stay where they are");
+  if (context.options.shutter > 0 && !context.options.time)
+    context.warn("/animations", "the shutter is open for a while, but at no time: nodes stay where they are");
+  return std::move(reader).channels();
 }
 
 }  // namespace tessera::client::gltf

@@ -1,6 +1,8 @@
 #include "import/gltf/nodes.h"
 
+#include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace tessera::client::gltf {
 namespace {
@@ -151,6 +153,74 @@ std::vector<std::size_t> roots_of_scene(Context& context, const std::vector<std:
   return roots;
 }
 
+/// Where animations have the nodes, at any time.
+class Choreography {
+ public:
+  Choreography(const std::vector<Node>& nodes, const std::vector<std::size_t>& parents,
+               const std::vector<Channel>& channels)
+      : nodes_(nodes), parents_(parents), channels_(nodes.size()) {
+    for (const Channel& channel : channels) channels_[channel.node].push_back(&channel);
+  }
+
+  Pose pose_at(std::size_t node, double time) const {
+    Pose pose = nodes_[node].pose;
+    for (const Channel* const channel : channels_[node]) apply(*channel, time, pose);
+    return pose;
+  }
+
+  /// The placings in the world between two times; one alone where nothing moves the node.
+  std::vector<TimedPlacing> motion_of(std::size_t node, double open, double close) const {
+    std::vector<double> times = {0, 1};
+    bool moves = false;
+    for (std::size_t at = node; at != nodes_.size(); at = parents_[at]) {
+      for (const Channel* const channel : channels_[at]) {
+        if (channel->part == PosePart::kWeights) continue;
+        moves = true;
+        for (const double key : channel->keys.times) {
+          // Neighbours are not told apart; a step is no bend.
+          const double time = (key - open) / (close - open);
+          if (time > kNear && time < 1 - kNear && !channel->keys.steps) times.push_back(time);
+        }
+      }
+    }
+    if (!moves) return {};
+    std::ranges::sort(times);
+    const auto last =
+        std::unique(times.begin(), times.end(), [](double a, double b) { return b - a <= kNear; });
+    times.erase(last, times.end());
+    return followed([&](double t) { return world_at(node, open + t * (close - open)); }, std::move(times));
+  }
+
+ private:
+  static constexpr double kNear = 1e-6;
+
+  Imath::M44d world_at(std::size_t node, double time) const {
+    Imath::M44d world = pose_at(node, time).parent_from_node();
+    for (std::size_t at = parents_[node]; at != nodes_.size(); at = parents_[at])
+      world = world * pose_at(at, time).parent_from_node();
+    return world;
+  }
+
+  const std::vector<Node>& nodes_;
+  const std::vector<std::size_t>& parents_;
+  std::vector<std::vector<const Channel*>> channels_;  // by node
+};
+
+/// Moves nodes to where they are when the shutter opens, and says how they go on until it closes.
+void animate(Context& context, const std::vector<Channel>& channels, const std::vector<std::size_t>& parents,
+             std::vector<Node>& nodes) {
+  if (channels.empty()) return;
+  const Choreography animated(nodes, parents, channels);
+  const GltfOptions& options = context.options;
+  const double open = opening_time(options, *options.time);
+  std::vector<Pose> poses;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (options.shutter > 0) nodes[i].motion = animated.motion_of(i, open, open + options.shutter);
+    poses.push_back(animated.pose_at(i, open));
+  }
+  for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i].pose = std::move(poses[i]);
+}
+
 }  // namespace
 
 Imath::M44d placing(const Imath::V3d& translation, const double (&rotation)[4], const Imath::V3d& scale) {
@@ -188,8 +258,9 @@ std::vector<Node> read_nodes(Context& context, AccessorTable& accessors) {
   if (context.diagnostics.has_errors()) return nodes;
   check_joints(context, parents, order);
   const std::vector<std::size_t> roots = roots_of_scene(context, parents);
-  animate(context, accessors, nodes);
+  const std::vector<Channel> channels = read_animations(context, accessors, nodes);
   if (context.diagnostics.has_errors()) return nodes;
+  animate(context, channels, parents, nodes);
   for (const std::size_t root : roots) nodes[root].is_in_scene = true;
   for (const std::size_t i : order) {
     Node& node = nodes[i];

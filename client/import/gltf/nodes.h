@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "import/geometry/transform.h"
+#include "import/geometry/motion_keys.h"
 #include "import/gltf/context.h"
 #include "import/gltf/file/accessors.h"
 
@@ -26,7 +26,8 @@ struct Node {
   std::string place;
   std::string name;
   Pose pose;
-  Imath::M44d world_from_node;
+  Imath::M44d world_from_node;       // when the shutter opens
+  std::vector<TimedPlacing> motion;  // of it while the shutter is open; fewer than two: it stands still
   bool is_in_scene = false;
 };
 
@@ -37,7 +38,31 @@ Imath::M44d placing(const Imath::V3d& translation, const double (&rotation)[4], 
 /// poses that are none.
 std::vector<Node> read_nodes(Context& context, AccessorTable& accessors);
 
-/// Moves nodes to where the animations of `options` have them at their time (animation.cpp).
-void animate(Context& context, AccessorTable& accessors, std::vector<Node>& nodes);
+/// A pose's parts that animations change.
+enum class PosePart { kTranslation, kRotation, kScale, kWeights };
+
+/// The keys of one sampler. Of a cubic spline, each has an in-tangent, a value and an out-tangent.
+struct Keys {
+  std::vector<float> times, values;
+  std::size_t width = 0;  // numbers a value
+  bool steps = false, cubic = false;
+
+  double at(std::size_t key, std::size_t part, std::size_t i) const {
+    return values[(cubic ? 3 * key + part : key) * width + i];
+  }
+  double value(std::size_t key, std::size_t i) const { return at(key, 1, i); }
+};
+
+struct Channel {
+  std::size_t node;
+  PosePart part;
+  Keys keys;
+};
+
+/// The channels of the animations that `options` choose, where they have a time; checks all of them.
+std::vector<Channel> read_animations(Context& context, AccessorTable& accessors,
+                                     const std::vector<Node>& nodes);
+/// Sets the part of a pose to what the channel has at a time, in seconds.
+void apply(const Channel& channel, double time, Pose& pose);
 
 }  // namespace tessera::client::gltf

@@ -143,6 +143,8 @@ class LightWriter {
       context_.warn(node.place, "a light on a node whose scale is 0 is left out");
       return;
     }
+    if (node.motion.size() > 1)
+      context_.warn(node.place, "a light that moves stays where it is when the shutter opens");
     v1::Light& message = *context_.scene.add_lights();
     message.set_name(node.name.empty() ? text_of(&light, "name") : node.name);
     if (type == "directional") {
@@ -232,8 +234,16 @@ void write_camera(Context& context, const std::vector<Node>& nodes, const Extent
     write_orthographic(context, camera, place);
   }
   // glTF's cameras look along -z, ours along z.
-  write_matrix(scaling(1, 1, -1) * *world_from_node,
-               *context.scene.mutable_camera()->mutable_world_from_camera());
+  v1::Camera& message = *context.scene.mutable_camera();
+  write_matrix(scaling(1, 1, -1) * *world_from_node, *message.mutable_world_from_camera());
+  std::vector<TimedPlacing> motion = node->motion;
+  for (TimedPlacing& placing : motion) {
+    const std::optional<Imath::M44d> unscaled = without_scale(placing.place);
+    if (!unscaled)
+      return context.error(node->place, "the camera's node is flattened by its scale as it moves");
+    placing.place = scaling(1, 1, -1) * *unscaled;
+  }
+  write_motion(motion, message);
 }
 
 void write_lights(Context& context, const std::vector<Node>& nodes) {

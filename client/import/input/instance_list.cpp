@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "import/geometry/motion_keys.h"
 #include "wire/packed_instances.h"
 #include "wire/scene_numbers.h"
 
@@ -25,14 +26,19 @@ void pack_messages(Holder& holder, BlobCollector& blobs) {
       holder.has_packed_instances())
     return;
   InstanceList list;
+  google::protobuf::RepeatedPtrField<v1::Instance> with_keys;
   for (const v1::Instance& instance : holder.instances()) {
+    if (!instance.motion().empty()) {
+      *with_keys.Add() = instance;
+      continue;
+    }
     const auto start = place_of(instance.world_from_instance());
     const bool moves = !instance.world_from_instance_end().elements().empty();
     const auto end = moves ? place_of(instance.world_from_instance_end()) : start;
     if (!start || !end) return;
     list.add(instance.object(), {*start, *end});
   }
-  google::protobuf::RepeatedPtrField<v1::Instance>().Swap(holder.mutable_instances());
+  with_keys.Swap(holder.mutable_instances());
   list.move_to(
       holder, [](const std::string&) { return true; }, blobs);
 }
@@ -71,8 +77,7 @@ void InstanceList::write_messages(const std::function<bool(const std::string&)>&
     v1::Instance& message = *messages.Add();
     message.set_object(object);
     write_matrix(instance.place.start, *message.mutable_world_from_instance());
-    if (instance.place.moves())
-      write_all_elements(instance.place.end, *message.mutable_world_from_instance_end());
+    write_motion(placings_of(instance.place), &v1::Instance::mutable_world_from_instance_end, message);
   }
 }
 

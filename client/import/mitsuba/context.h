@@ -17,8 +17,9 @@ struct Context {
   BlobCollector blobs;
   v1::Scene scene;
   Document document;
-  int threads = 0;            // 0: one a core
-  double emitter_weight = 0;  // "sampling_weight" of all emitters so far
+  int threads = 0;                             // 0: one a core
+  double shutter_open = 0, shutter_close = 0;  // seconds; things move in between
+  double emitter_weight = 0;                   // "sampling_weight" of all emitters so far
   std::unordered_map<const void*, Diagnostic>
       places;  // ImportedScene::places, but for shapes: they may be many
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <set>
+#include <vector>
 
 #include "import/input/concat.h"
 #include "import/mitsuba/field_of_view.h"
@@ -129,7 +130,12 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   if (!(camera.near_clip() > 0) || !(camera.far_clip() > camera.near_clip())) {
     reader.error(concat(sensor.title(), ": expected 0 < near_clip < far_clip"));
   }
-  const Imath::M44d to_world = reader.transform("to_world");
+  context.shutter_open = reader.number("shutter_open", 0);
+  context.shutter_close = reader.number("shutter_close", context.shutter_open);
+  if (context.shutter_close < context.shutter_open)
+    reader.error(concat(sensor.title(), ": its shutter closes before it opens"));
+  std::vector<TimedPlacing> motion = reader.motion("to_world");
+  const Imath::M44d to_world = motion.front().place;
   if (!inverse(to_world)) {
     reader.error(concat(sensor.title(), ": its transformation is singular"));
   } else if (is_perspective) {
@@ -137,8 +143,11 @@ void write_sensor(Context& context, MediumTable& media, Object& sensor) {
   } else {
     write_orthographic(reader, film, to_world, camera);
   }
-  // Nothing moves in a Mitsuba 3 scene, so how long the shutter is open does not matter.
-  reader.ignore({"shutter_open", "shutter_close"});
+  for (TimedPlacing& placing : motion) {
+    take_scale(placing.place);
+    placing.place = with_x_right(placing.place);
+  }
+  write_motion(motion, camera);
 }
 
 }  // namespace tessera::client::mitsuba

@@ -4,6 +4,7 @@
 #include <map>
 #include <numbers>
 
+#include "import/geometry/motion_keys.h"
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
 #include "import/input/parallel.h"
@@ -52,6 +53,10 @@ MovingTransform DirectiveHandler::during_exposure(const MovingTransform& moving)
   MovingTransform result;
   result.start = interpolated(moving, shutter_.open, transform_times_[0], transform_times_[1]);
   result.end = interpolated(moving, shutter_.close, transform_times_[0], transform_times_[1]);
+  if (const double open_for = shutter_.close - shutter_.open; open_for > 0) {
+    result.begins = std::clamp((transform_times_[0] - shutter_.open) / open_for, 0.0, 1.0);
+    result.ends = std::clamp((transform_times_[1] - shutter_.open) / open_for, 0.0, 1.0);
+  }
   return result;
 }
 
@@ -59,7 +64,7 @@ void DirectiveHandler::place_shapes() {
   for (const PendingShape& pending : pending_shapes_) {
     const MovingTransform moving = during_exposure(pending.world_from_object);
     write_matrix(moving.start, *pending.shape->mutable_world_from_object());
-    if (moving.moves()) write_all_elements(moving.end, *pending.shape->mutable_world_from_object_end());
+    write_motion(placings_of(moving), &v1::Shape::mutable_world_from_object_end, *pending.shape);
   }
 }
 
@@ -78,7 +83,8 @@ void DirectiveHandler::place_camera() {
   }
   v1::Camera& camera = *context_.scene.mutable_camera();
   write_matrix(*start, *camera.mutable_world_from_camera());
-  if (from_world.moves()) write_all_elements(*end, *camera.mutable_world_from_camera_end());
+  write_motion(placings_of({*start, *end, from_world.begins, from_world.ends}),
+               &v1::Camera::mutable_world_from_camera_end, camera);
 }
 
 void DirectiveHandler::add_media() {
@@ -239,7 +245,8 @@ void DirectiveHandler::note_places() {
     const v1::Shape& shape = *pending.shape;
     const bool operand = pending.is_csg_operand;
     // Little of others is looked at (render/scene/scene_faults.h), and they may be many.
-    const bool plain = !shape.has_area_light() && shape.world_from_object_end().elements().empty();
+    const bool plain =
+        !shape.has_area_light() && shape.world_from_object_end().elements().empty() && shape.motion().empty();
     if (!operand && plain && (shape.has_mesh() || shape.has_curves())) continue;
     const std::string& name = shape.name();  // "torus, scene.pbrt:12"
     context_.note(shape, pending.where, concat(name.substr(0, name.rfind(", ")), ": "));

@@ -1,103 +1,43 @@
 #include "import/tessera_scene/animation.h"
 
 #include <ImathMatrix.h>
-#include <ImathMatrixAlgo.h>
-#include <ImathQuat.h>
 #include <ImathVec.h>
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <vector>
 
-#include "import/geometry/transform.h"
+#include "import/geometry/motion_keys.h"
 #include "import/input/concat.h"
 
 namespace tessera::client {
 namespace {
 
-using Imath::M33d;
 using Imath::M44d;
-using Imath::Quatd;
 using Imath::V3d;
-
-/// A matrix that acts on row vectors: a stretch, then a rotation, then a translation.
-struct Pose {
-  M33d stretch;
-  Quatd rotation;
-  V3d translation;
-};
-
-M33d mean(const M33d& a, const M33d& b) {
-  M33d result;
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) result[i][k] = 0.5 * (a[i][k] + b[i][k]);
-  }
-  return result;
-}
-
-/// Polar decomposition: the rotation is the limit of averaging a matrix with its inverse's transpose.
-std::optional<Pose> decomposed(const M44d& matrix) {
-  const double determinant = determinant3(matrix);
-  if (!is_finite(matrix) || determinant == 0 || !std::isfinite(determinant)) return std::nullopt;
-  M33d linear;
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) linear[i][k] = matrix[i][k];
-  }
-  M33d rotation = linear;
-  for (int i = 0; i < 60; ++i) {
-    const M33d next = mean(rotation, rotation.inverse().transposed());
-    const bool settled = next.equalWithAbsError(rotation, 1e-15);
-    rotation = next;
-    if (settled) break;
-  }
-  // Mirrors are part of the stretch.
-  if (determinant < 0) rotation *= -1;
-  M44d turn;
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) turn[i][k] = rotation[i][k];
-  }
-  return Pose{
-      linear * rotation.transposed(), Imath::extractQuat(turn), {matrix[3][0], matrix[3][1], matrix[3][2]}};
-}
-
-M44d composed(const Pose& pose) {
-  const M33d linear = pose.stretch * pose.rotation.toMatrix33();
-  M44d matrix;
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) matrix[i][k] = linear[i][k];
-    matrix[3][i] = pose.translation[i];
-  }
-  return matrix;
-}
-
-M44d matrix_of(const v1::Matrix& message) {
-  M44d columns;
-  if (message.elements_size() == 16) std::copy_n(message.elements().begin(), 16, columns.getValue());
-  return columns.transposed();
-}
 
 absl::Status fault(int track, const std::string& what) {
   return absl::InvalidArgumentError(concat("animation: track ", track, ": ", what));
 }
 
 /// For a sound track.
-M44d matrix_at(const v1::Track& track, double frame) {
-  const auto after =
-      std::ranges::find_if(track.keys(), [&](const auto& key) { return key.frame() >= frame; });
-  if (after == track.keys().begin()) return matrix_of(after->world_from_target());
-  const auto before = after - 1;
-  if (after == track.keys().end() || after->frame() == frame)
-    return matrix_of((after == track.keys().end() ? before : after)->world_from_target());
-  const Pose a = *decomposed(matrix_of(before->world_from_target())),
-             b = *decomposed(matrix_of(after->world_from_target()));
-  const double t = (frame - before->frame()) / (after->frame() - before->frame());
-  Pose between{M33d(), Imath::slerpShortestArc(a.rotation, b.rotation, t),
-               a.translation * (1 - t) + b.translation * t};
-  for (int i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) between.stretch[i][k] = (1 - t) * a.stretch[i][k] + t * b.stretch[i][k];
+std::vector<TimedPlacing> keys_of(const v1::Track& track) {
+  std::vector<TimedPlacing> keys;
+  for (const v1::Track::Key& key : track.keys())
+    keys.push_back({key.frame(), matrix_of(key.world_from_target())});
+  return keys;
+}
+
+/// Part of the time for which the shutter is open that lies before the frame.
+double part_before(v1::Animation::ShutterPosition position) {
+  switch (position) {
+    case v1::Animation::CENTER:
+      return 0.5;
+    case v1::Animation::END:
+      return 1;
+    default:
+      return 0;
   }
-  return composed(between);
 }
 
 }  // namespace
@@ -115,7 +55,7 @@ absl::Status check_track(const v1::Scene& scene, int number) {
       return fault(number, "frames of keys have to ascend");
     before = key.frame();
     const int size = key.world_from_target().elements_size();
-    if ((size != 0 && size != 16) || !decomposed(matrix_of(key.world_from_target())))
+    if ((size != 0 && size != 16) || !is_decomposable(matrix_of(key.world_from_target())))
       return fault(number, concat("the matrix at frame ", key.frame(), " is singular or no matrix"));
   }
   return absl::OkStatus();
@@ -127,6 +67,8 @@ absl::Status check_animation(const v1::Scene& scene) {
     return absl::InvalidArgumentError("animation: frames_per_second is not within 0 and 1000000");
   if (!(animation.shutter() >= 0 && animation.shutter() <= 1))
     return absl::InvalidArgumentError("animation: the shutter is open for 0 to 1 of a frame");
+  if (!v1::Animation::ShutterPosition_IsValid(animation.shutter_position()))
+    return absl::InvalidArgumentError("animation: shutter_position is unknown");
   for (int i = 0; i < animation.tracks_size(); ++i) {
     if (absl::Status status = check_track(scene, i); !status.ok()) return status;
   }
@@ -139,12 +81,13 @@ absl::Status pose_at_frame(double frame, v1::Scene& scene) {
   const v1::Animation animation = std::move(*scene.mutable_animation());
   scene.clear_animation();
   const bool only_camera = std::ranges::all_of(animation.tracks(), &v1::Track::has_camera);
+  const double open = frame - part_before(animation.shutter_position()) * animation.shutter();
   for (const v1::Track& track : animation.tracks()) {
-    const M44d start = matrix_at(track, frame), end = matrix_at(track, frame + animation.shutter());
-    const bool moves = animation.shutter() > 0 && !(start == end);
+    const std::vector<TimedPlacing> placings =
+        during_shutter(keys_of(track), open, open + animation.shutter());
     if (track.has_camera()) {
-      write_all_elements(start, *scene.mutable_camera()->mutable_world_from_camera());
-      if (moves) write_all_elements(end, *scene.mutable_camera()->mutable_world_from_camera_end());
+      write_all_elements(placings[0].place, *scene.mutable_camera()->mutable_world_from_camera());
+      write_motion(placings, &v1::Camera::mutable_world_from_camera_end, *scene.mutable_camera());
       if (only_camera && !scene.has_render_origin()) {
         const M44d first = matrix_of(track.keys(0).world_from_target());
         scene.mutable_render_origin()->set_x(first[3][0]);
@@ -153,8 +96,8 @@ absl::Status pose_at_frame(double frame, v1::Scene& scene) {
       }
     } else {
       v1::Instance& instance = *scene.mutable_instances(static_cast<int>(track.instance()));
-      write_all_elements(start, *instance.mutable_world_from_instance());
-      if (moves) write_all_elements(end, *instance.mutable_world_from_instance_end());
+      write_all_elements(placings[0].place, *instance.mutable_world_from_instance());
+      write_motion(placings, &v1::Instance::mutable_world_from_instance_end, instance);
     }
   }
   return absl::OkStatus();

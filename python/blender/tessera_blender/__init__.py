@@ -20,6 +20,7 @@ import tessera  # noqa: E402
 
 from . import engine  # noqa: E402
 from .export import Exporter  # noqa: E402
+from .motion import SetFrame  # noqa: E402
 
 _INTEGRATORS = [
     ("path", "Path", "paths from the camera, over surfaces"),
@@ -28,6 +29,10 @@ _INTEGRATORS = [
     ("bdpt", "Bidirectional", "paths from camera and lights, joined in all ways (through the program tessera)"),
     ("vcm", "VCM", "bdpt with merging: caustics in mirrors (through the program tessera)"),
 ]
+
+
+def frame_setter(context: Any) -> SetFrame:
+    return lambda frame, part: context.scene.frame_set(frame, subframe=part)
 
 
 class TesseraSettings(bpy.types.PropertyGroup):
@@ -69,7 +74,7 @@ class TesseraSubmit(bpy.types.Operator):
         settings = context.scene.tessera
         try:
             with engine.farm_of(settings) as farm:
-                job, exporter = engine.submit(farm, context.evaluated_depsgraph_get())
+                job, exporter = engine.submit(farm, context.evaluated_depsgraph_get(), frame_setter(context))
         except (tessera.TesseraError, ValueError, OSError) as error:
             self.report({"ERROR"}, str(error))
             return {"CANCELLED"}
@@ -93,7 +98,7 @@ class TesseraExport(bpy.types.Operator):
         return {"RUNNING_MODAL"}
 
     def execute(self, context: Any) -> set[str]:
-        exporter = Exporter(context.evaluated_depsgraph_get())
+        exporter = Exporter(context.evaluated_depsgraph_get(), frame_setter(context))
         try:
             exporter.export().save(bpy.path.abspath(self.filepath))
         except (ValueError, OSError) as error:

@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 from tessera import Scene
 
-
-def _array(matrix: Any) -> Any:
-    return np.array([list(row) for row in matrix], dtype=np.float64)
+from .motion import array_of
 
 
 class CameraExport:
@@ -38,7 +36,7 @@ class CameraExport:
         return ValueError(f"camera {self._camera.name}: {what}")
 
     def _flat(self, is_orthographic: bool) -> None:
-        projection = _array(
+        projection = array_of(
             self._camera.calc_matrix_camera(
                 self._depsgraph,
                 x=self._width,

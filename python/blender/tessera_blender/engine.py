@@ -10,6 +10,7 @@ import numpy as np
 import tessera
 
 from .export import Exporter
+from .motion import SetFrame
 
 _PATIENCE = 0.5  # seconds between updates of the picture
 
@@ -23,10 +24,10 @@ def farm_of(settings: Any) -> tessera.Farm:
     )
 
 
-def submit(farm: tessera.Farm, depsgraph: Any) -> tuple[tessera.Job, Exporter]:
+def submit(farm: tessera.Farm, depsgraph: Any, set_frame: SetFrame) -> tuple[tessera.Job, Exporter]:
     """Exports what the dependency graph has, and submits it as the scene's settings say."""
     settings = depsgraph.scene.tessera
-    exporter = Exporter(depsgraph)
+    exporter = Exporter(depsgraph, set_frame)
     scene = exporter.export()
     scene.settings.integrator = settings.integrator
     scene.settings.spp = settings.samples
@@ -53,7 +54,7 @@ class TesseraRenderEngine(bpy.types.RenderEngine):
         try:
             with farm_of(depsgraph.scene.tessera) as farm:
                 self.update_stats("", "Tessera: exporting and uploading")
-                job, exporter = submit(farm, depsgraph)
+                job, exporter = submit(farm, depsgraph, lambda frame, part: self.frame_set(frame, subframe=part))
                 for warning in exporter.warnings:
                     self.report({"WARNING"}, warning)
                 views = 1 + len(exporter.scene.message.views)

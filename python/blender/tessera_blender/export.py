@@ -13,12 +13,10 @@ from tessera import Scene
 
 from .camera import CameraExport
 from .materials import Materials
+from .motion import Motions, SetFrame, Shutter, write_keys
+from .motion import array_of as _array
 
 _SURFACES = {"MESH", "CURVE", "SURFACE", "FONT", "META"}
-
-
-def _array(matrix: Any) -> Any:
-    return np.array([list(row) for row in matrix], dtype=np.float64)
 
 
 def _unscaled(matrix: Any) -> Any:
@@ -38,6 +36,14 @@ _MOVERS = {"ARMATURE", "BUILD", "CLOTH", "DYNAMIC_PAINT", "EXPLODE", "FLUID", "M
 _MOVERS |= {"OCEAN", "SOFT_BODY", "SURFACE", "WAVE"}
 
 
+# Our panoramas look along -x in their middle, and along -z on the right.
+_PANORAMA_TURN = np.array([[0.0, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
+
+
+def _is_panorama(camera: Any) -> bool:
+    return camera.data.type == "PANO" and camera.data.cycles.panorama_type == "EQUIRECTANGULAR"
+
+
 def _is_animated(data: Any) -> bool:
     animation = getattr(data, "animation_data", None)
     return animation is not None and bool(animation.action or animation.drivers or animation.nla_tracks)
@@ -50,16 +56,28 @@ def _moves(thing: Any) -> bool:
         if _is_animated(above) or above.constraints or above.rigid_body:
             return True
         above = above.parent
+    return _changes_shape(thing)
+
+
+def _changes_shape(thing: Any) -> bool:
     keys = getattr(thing.data, "shape_keys", None)
     movers = any(modifier.type in _MOVERS for modifier in thing.modifiers)
     return movers or _is_animated(thing.data) or _is_animated(keys)
 
 
+def _instance_key(instance: Any) -> tuple[str, tuple[int, ...]]:
+    return instance.object.name, tuple(instance.persistent_id) if instance.is_instance else ()
+
+
 class Exporter:
     """One export. `warnings` has what was left out, a sentence each."""
 
-    def __init__(self, depsgraph: Any) -> None:
+    def __init__(self, depsgraph: Any, set_frame: SetFrame | None = None) -> None:
+        """Motion blur needs `set_frame`, which evaluates the graph at other times."""
         self._depsgraph = depsgraph
+        self._set_frame = set_frame
+        self._shutter: Shutter | None = None
+        self._motions: Motions | None = None
         self._blender = depsgraph.scene_eval
         self.scene = Scene(depsgraph.scene.name)
         self.warnings: list[str] = []
@@ -67,15 +85,34 @@ class Exporter:
         self._meshes: dict[Any, list[tuple[Any, dict[str, Any]]]] = {}  # by data, the parts of each
 
     def export(self) -> Scene:
+        self._follow_motion()
         self._film()
         self._camera()
         self._world()
-        for _, place, thing in sorted(self._things(), key=_key_of):
+        for key, place, thing in sorted(self._things(), key=_key_of):
             if isinstance(thing, list):
-                self._surface(thing, place)
+                placings = self._motions.of(key) if self._motions else []
+                self._surface(thing, placings or [(0.0, place)])
             else:
                 self._lamp(thing, place)
         return self.scene
+
+    def _follow_motion(self) -> None:
+        if self._set_frame is None or not self._blender.render.use_motion_blur:
+            return
+        self._shutter = Shutter(self._blender)
+        now = self._blender.frame_current, self._blender.frame_subframe
+        self._motions = Motions(self._shutter, self._set_frame, now, self._places)
+        self._blender = self._depsgraph.scene_eval
+
+    def _places(self) -> Iterator[tuple[Any, Any, Any]]:
+        """Keys of the camera, None, and of surfaces, with what each is and where."""
+        camera = self._depsgraph.scene_eval.camera
+        if camera is not None:
+            yield None, camera, camera.matrix_world.copy()
+        for instance in self._depsgraph.object_instances:
+            if instance.show_self and instance.object.type in _SURFACES:
+                yield _instance_key(instance), instance.object, instance.matrix_world.copy()
 
     def _things(self) -> Iterator[tuple[tuple[str, tuple[int, ...]], Any, Any]]:
         """A key, world from object, and the parts of each surface, or each lamp. The graph has them in an
@@ -85,7 +122,7 @@ class Exporter:
             if not instance.show_self:
                 continue
             self._name_losses(thing)
-            key = (thing.name, tuple(instance.persistent_id) if instance.is_instance else ())
+            key = _instance_key(instance)
             if thing.type in _SURFACES:
                 yield key, _array(instance.matrix_world), [(thing.name, *part) for part in self._parts(thing)]
             elif thing.type == "LIGHT":
@@ -100,8 +137,13 @@ class Exporter:
             if shown not in {"OBJECT", "COLLECTION", "NONE"}:
                 what = "hair" if system.settings.type == "HAIR" else f"particles as {shown.lower()}"
                 self._materials.warn(f"object {thing.name}: {what} of '{system.name}' is left out")
-        if self._blender.render.use_motion_blur and _moves(thing):
-            self._materials.warn(f"object {thing.name}: motion blur is left out")
+        if not self._blender.render.use_motion_blur:
+            return
+        if self._motions is None or thing.type == "LIGHT":
+            if _moves(thing):
+                self._materials.warn(f"object {thing.name}: motion blur is left out")
+        elif thing.type in _SURFACES and _changes_shape(thing):
+            self._materials.warn(f"object {thing.name}: motion blur of its shape is left out")
 
     # ---- camera and film
 
@@ -130,9 +172,15 @@ class Exporter:
         if camera is None:
             raise ValueError("the scene has no camera")
         self._name_losses(camera)
+        placings = (self._motions.of(None) if self._motions else []) or [(0.0, _array(camera.matrix_world))]
         # Blender's cameras look along -z.
-        place = _unscaled(camera.matrix_world) @ np.diag([1.0, 1.0, -1.0, 1.0])
-        CameraExport(self.scene, self._depsgraph, camera, place, self._materials.warn).write()
+        turned = np.diag([1.0, 1.0, -1.0, 1.0])
+        keys = [(time, _unscaled(matrix) @ turned) for time, matrix in placings]
+        CameraExport(self.scene, self._depsgraph, camera, keys[0][1], self._materials.warn).write()
+        for message in (self.scene.message.camera, *self.scene.message.views):
+            write_keys(keys, message)
+            if self._shutter is not None:
+                self._shutter.write(message)
 
     # ---- light
 
@@ -246,20 +294,23 @@ class Exporter:
 
     # ---- surfaces
 
-    def _surface(self, parts: list[tuple[str, Any, dict[str, Any]]], place: Any) -> None:
+    def _surface(
+        self, parts: list[tuple[str, Any, dict[str, Any]]], placings: list[tuple[float, Any]]
+    ) -> None:
         for name, material, arrays in parts:
             surface = self._materials.surface(material)
             if not surface.is_seen:
                 self._materials.warn(f"object {name}: it is a volume alone, and is left out")
                 continue
-            self.scene.mesh(
+            shape = self.scene.mesh(
                 material=surface.material,
                 emission=surface.emission,
                 two_sided=True,
-                transform=place,
+                transform=placings[0][1],
                 name=name,
                 **arrays,
             )
+            write_keys(placings, shape)
 
     def _parts(self, evaluated: Any) -> list[tuple[Any, dict[str, Any]]]:
         """The object's triangles by material. Objects that share evaluated data share the arrays."""

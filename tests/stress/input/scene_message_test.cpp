@@ -153,6 +153,8 @@ class SceneMessage : public testing::Test {
     v1::Camera& around = *samples_[3].scene.mutable_camera();
     around.mutable_cylindrical()->set_fov_degrees(300);
     around.clear_screen_window();  // it has none
+    around.mutable_shutter()->mutable_trapezoid()->set_opening(0.2);
+    around.mutable_shutter()->mutable_trapezoid()->set_closing(0.3);
     v1::LensCamera& lens = *samples_[4].scene.mutable_camera()->mutable_lens();
     ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(kLens, &lens));
     *samples_[5].scene.mutable_camera()->mutable_lens() = lens;

@@ -51,6 +51,35 @@ TEST(Animation, BeforeTheFirstKeyAndAfterTheLastThingsStand) {
   }
 }
 
+TEST(Animation, KeysWhileTheShutterIsOpenAreKept) {
+  const auto at_frame = [](double frame, const std::string& position) {
+    v1::Scene scene = scene_of(
+        "objects { name: 'o' } instances { object: 'o' } animation { shutter: 0.5 " + position +
+        " tracks { instance: 0 keys { frame: 1 } keys { frame: 1.125 world_from_target { elements: [1,0,0,2, "
+        "0,1,0,0, 0,0,1,0, 0,0,0,1] } } keys { frame: 2 } } }");
+    EXPECT_TRUE(pose_at_frame(frame, scene).ok());
+    return scene.instances(0);
+  };
+  const v1::Instance start = at_frame(1, "");
+  EXPECT_FALSE(start.has_world_from_instance_end());
+  ASSERT_EQ(start.motion_size(), 2);
+  EXPECT_DOUBLE_EQ(start.motion(0).time(), 0.25);
+  EXPECT_EQ(start.motion(0).place().elements(3), 2);
+  EXPECT_EQ(start.motion(1).time(), 1);
+  EXPECT_NEAR(start.motion(1).place().elements(3), 2 * 0.5 / 0.875, 1e-12);
+  // Open from .875 to 1.375: it stands until 1.
+  const v1::Instance center = at_frame(1.125, "shutter_position: CENTER");
+  EXPECT_EQ(center.world_from_instance().elements(3), 0);
+  ASSERT_EQ(center.motion_size(), 3);
+  EXPECT_DOUBLE_EQ(center.motion(0).time(), 0.25);
+  EXPECT_EQ(center.motion(0).place().elements(3), 0);
+  EXPECT_DOUBLE_EQ(center.motion(1).time(), 0.5);
+  // Open until the frame.
+  const v1::Instance end = at_frame(1, "shutter_position: END");
+  EXPECT_EQ(end.motion_size(), 0);
+  EXPECT_FALSE(end.has_world_from_instance_end());
+}
+
 TEST(Animation, MirroredThingsTurnLikeOthers) {
   v1::Scene scene = scene_of(
       "objects { name: 'o' } instances { object: 'o' } animation { tracks { instance: 0 "

@@ -111,6 +111,43 @@ TEST_F(GltfScene, TurnsAlongTheSphereAndEasesAlongSplines) {
               1e-12);
 }
 
+/// From x = 0 at 0 s to x = 2 at 1 s.
+TEST_F(GltfScene, MovesWhileTheShutterIsOpen) {
+  const auto shape_of = [&](double shutter, ShutterPosition position, const char* interpolation = "LINEAR") {
+    Json document = triangle();
+    document["animations"][0]["samplers"][0]["interpolation"] = interpolation;
+    GltfOptions options;
+    options.time = 0.5;
+    options.shutter = shutter;
+    options.shutter_position = position;
+    return accepted(document, options).scene.shapes(0);
+  };
+  EXPECT_EQ(shape_of(0, ShutterPosition::kStart).motion_size(), 0);
+  const v1::Shape start = shape_of(0.25, ShutterPosition::kStart);
+  EXPECT_NEAR(place_of(start.world_from_object())[0], 1, 1e-6);
+  ASSERT_EQ(start.motion_size(), 1);
+  EXPECT_EQ(start.motion(0).time(), 1);
+  EXPECT_NEAR(place_of(start.motion(0).place())[0], 1.5, 1e-6);
+  EXPECT_NEAR(place_of(shape_of(0.25, ShutterPosition::kCenter).world_from_object())[0], 0.75, 1e-6);
+  // Open until 1.5 s: it stands from the key at 1 s on.
+  const v1::Shape stops = shape_of(1, ShutterPosition::kStart);
+  const auto bend =
+      std::ranges::find_if(stops.motion(), [](const v1::MotionKey& key) { return key.time() == 0.5; });
+  ASSERT_NE(bend, stops.motion().end());
+  EXPECT_NEAR(place_of(bend->place())[0], 2, 1e-6);
+  EXPECT_NEAR(place_of(stops.motion().rbegin()->place())[0], 2, 1e-6);
+  // A jump within a 128th of the time.
+  const v1::Shape jumps = shape_of(1, ShutterPosition::kStart, "STEP");
+  double before = 0, after = 1;
+  for (const v1::MotionKey& key : jumps.motion()) {
+    if (place_of(key.place())[0] < 1) before = std::max(before, key.time());
+    if (place_of(key.place())[0] > 1) after = std::min(after, key.time());
+  }
+  EXPECT_LE(after - before, 1.0 / 128);
+  EXPECT_GE(0.5, before);
+  EXPECT_LE(0.5, after);
+}
+
 class GltfShapes : public GltfScene {
  protected:
   /// Adds an accessor of floats; returns its number.

@@ -56,6 +56,61 @@ TEST_F(MitsubaSensor, XPointsRightHere) {
   EXPECT_FLOAT_EQ(scene.camera().far_clip(), 10000);
 }
 
+constexpr char kShutter[] = "<float name='shutter_open' value='1'/><float name='shutter_close' value='3'/>";
+
+std::string sliding(const std::string& keys) { return "<animation name='to_world'>" + keys + "</animation>"; }
+std::string at(const std::string& time, const std::string& x) {
+  return "<transform time='" + time + "'><translate x='" + x + "'/></transform>";
+}
+
+TEST_F(MitsubaSensor, AnimationsAreCutToTheShutter) {
+  const v1::Scene scene =
+      succeed(import_xml(
+                  "<scene version='0.6.0'><sensor type='perspective'>" +
+                  std::string("<float name='shutterOpen' value='1'/><float name='shutterClose' value='3'/>") +
+                  "<animation name='toWorld'>" + at("0", "0") + at("2", "4") + at("4", "4") +
+                  "</animation></sensor><shape type='sphere'><point name='center' x='0' y='1' z='0'/>" +
+                  "<animation name='toWorld'>" + at("1.5", "1") + at("2.5", "3") +
+                  "</animation></shape></scene>"))
+          .scene;
+  EXPECT_EQ(scene.camera().world_from_camera().elements(3), 2);
+  ASSERT_EQ(scene.camera().motion_size(), 2);
+  EXPECT_EQ(scene.camera().motion(0).time(), 0.5);
+  EXPECT_THAT(elements_of(scene.camera().motion(0).place()),
+              ElementsAre(-1, 0, 0, 4, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
+  EXPECT_EQ(scene.camera().motion(1).time(), 1);
+  const v1::Shape& ball = scene.shapes(0);
+  EXPECT_THAT(elements_of(ball.world_from_object()),
+              ElementsAre(1, 0, 0, 1, 0, 1, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1));
+  ASSERT_EQ(ball.motion_size(), 3);
+  EXPECT_EQ(ball.motion(0).time(), 0.25);
+  EXPECT_EQ(ball.motion(1).time(), 0.75);
+  EXPECT_THAT(elements_of(ball.motion(1).place()),
+              ElementsAre(1, 0, 0, 3, 0, 1, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1));
+}
+
+TEST_F(MitsubaSensor, WithoutAShutterAnimationsStand) {
+  const v1::Scene scene = sensor("perspective", sliding(at("0", "1") + at("1", "3")));
+  EXPECT_EQ(scene.camera().world_from_camera().elements(3), 1);
+  EXPECT_EQ(scene.camera().motion_size(), 0);
+}
+
+TEST_F(MitsubaSensor, AnimationsThatAreWrongAreRefused) {
+  const auto refusal = [&](const std::string& keys) {
+    const auto result = import_xml("<scene version='3.0.0'><sensor type='perspective'>" +
+                                   std::string(kShutter) + sliding(keys) + "</sensor></scene>");
+    EXPECT_FALSE(result.ok()) << keys;
+    return std::string(result.status().message());
+  };
+  EXPECT_THAT(refusal(""), HasSubstr("an <animation> has a <transform> at least"));
+  EXPECT_THAT(refusal(at("1", "0") + at("1", "2")),
+              HasSubstr("the time 1 is not after that of the transform before"));
+  EXPECT_THAT(refusal(at("soon", "0")), HasSubstr("found \"soon\""));
+  EXPECT_THAT(refusal("<float name='x' value='1'/>"), HasSubstr("<float> cannot stand inside <animation>"));
+  EXPECT_THAT(refusal(at("1", "0") + "<transform time='2'><scale x='0'/></transform>"),
+              HasSubstr("its transform at time 2 is singular"));
+}
+
 TEST_F(MitsubaSensor, CropWindowsAndShiftedCentresMoveTheScreen) {
   const v1::Scene scene =
       sensor("perspective", "<float name='principal_point_offset_x' value='0.25'/>" +

@@ -154,6 +154,25 @@ TEST_F(PbrtCamera, FaultsOfALensNameItsFile) {
   EXPECT_THAT(error_of(import_text(camera + "0.1\nWorldBegin")), HasSubstr("nearer than possible"));
 }
 
+TEST_F(PbrtCamera, MotionWithinTheExposureHasItsTimes) {
+  // From x = 0 at time 1 to x = 8 at time 3; the shutter is open from 0 to 4.
+  const auto result = import_text(
+      "TransformTimes 1 3\nActiveTransform EndTime Translate 0 0 -1 ActiveTransform All\n"
+      "Camera \"perspective\" \"float shutteropen\" 0 \"float shutterclose\" 4\nWorldBegin\n"
+      "AttributeBegin ActiveTransform EndTime Translate 8 0 0\n  Shape \"sphere\" AttributeEnd\n");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const auto& keys = result->scene.shapes(0).motion();
+  ASSERT_EQ(keys.size(), 2);
+  EXPECT_EQ(keys[0].time(), 0.25);
+  EXPECT_THAT(column3(keys[0].place()), ElementsAre(0, 0, 0));
+  EXPECT_EQ(keys[1].time(), 0.75);
+  EXPECT_THAT(column3(keys[1].place()), ElementsAre(8, 0, 0));
+  const auto& of_camera = result->scene.camera().motion();
+  ASSERT_EQ(of_camera.size(), 2);
+  EXPECT_EQ(of_camera[1].time(), 0.75);
+  EXPECT_THAT(column3(of_camera[1].place()), ElementsAre(0, 0, 1));
+}
+
 TEST_F(PbrtCamera, MotionIsCutToTheExposure) {
   // From x = 0 at time 0 to x = 8 at time 2; the shutter is open from 0.5 to 1.
   const auto result = import_text(

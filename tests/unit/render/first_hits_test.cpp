@@ -119,6 +119,20 @@ TEST(FirstHits, MotionIsTheWayOverTheFilmWhileTheShutterIsOpen) {
   EXPECT_NEAR(value(moved, "motion.V", 1, 1), 0.125 / kPixel, 1e-3);
 }
 
+TEST(FirstHits, MotionIsFromTheFirstKeyToTheLastWhateverTheShutterDoes) {
+  // The disk goes far away in between, and the camera's rows are exposed one after the other.
+  const std::string shapes = absl::StrCat("shapes { disk { radius: 9 } world_from_object ", at(0, 0, 5),
+                                          " } ", "shapes { disk { radius: 0.5 } world_from_object ",
+                                          at(0, 0, 3), " motion { time: 0.5 place ", at(0.2, -0.2, 3),
+                                          " } motion { time: 1 place ", at(0.25, 0.125, 3), " } } ");
+  const client::Image image =
+      render("camera { orthographic {} shutter { rolling { direction: UP duration: 0.4 } } } " + shapes,
+             {v1::AOV_MOTION});
+  EXPECT_NEAR(value(image, "motion.U", 17, 15), 0.25 / kPixel, 1e-3);
+  EXPECT_NEAR(value(image, "motion.V", 17, 15), -0.125 / kPixel, 1e-3);
+  EXPECT_EQ(value(image, "motion.U", 1, 1), 0);
+}
+
 TEST(FirstHits, MotionOfWhatComesCloserIsTheProjections) {
   // At one unit from the axis, from 4 to 2 units away: from 1/4 to 1/2 on the plane z = 1.
   const client::Image image =
@@ -187,6 +201,27 @@ TEST(FirstHits, MattesCoverTheAreasOfTheirThingsWhateverTheAlgorithm) {
     if (!algorithm.first_hit_aovs || !algorithm.phases.empty()) continue;
     SCOPED_TRACE(algorithm.name);
     expect_coins(render(kCoins, kMattes, algorithm.name));
+  }
+}
+
+TEST(FirstHits, MattesCoverTheAreasOfWhatMovesFromKeyToKey) {
+  // All that is over the film at every time has its area, wherever it goes.
+  const std::string coins =
+      "camera { orthographic {} shutter { trapezoid { opening: 0.4 } } } materials { name: 'red' diffuse {} "
+      "} "
+      "materials { name: 'blue' diffuse {} } " +
+      absl::StrCat("shapes { disk { radius: 9 } material: 'blue' world_from_object ", at(0, 0, 5), " } ") +
+      absl::StrCat("shapes { disk { radius: 0.4 } material: 'red' world_from_object ", at(-0.5, 0.5, 3),
+                   " motion { time: 0.3 place ", at(-0.3, 0.4, 3), " turn { axis { z: 1 } degrees: 300 } } ",
+                   " motion { time: 0.8 place ", at(-0.5, 0.3, 3), " } } ") +
+      "objects { name: 'coin' shapes { disk { radius: 0.3 } material: 'red' } } " +
+      absl::StrCat("instances { object: 'coin' world_from_instance ", at(0.5, 0.5, 3),
+                   " motion { time: 1 place ", at(0.6, 0.6, 3), " } } ") +
+      absl::StrCat("instances { object: 'coin' world_from_instance ", at(0.5, -0.5, 3),
+                   " motion { time: 0.5 place ", at(0.4, -0.6, 3), " } } ");
+  for (const char* const algorithm : {"path", "bdpt", "light", "vcm"}) {
+    SCOPED_TRACE(algorithm);
+    expect_coins(render(coins, kMattes, algorithm));
   }
 }
 

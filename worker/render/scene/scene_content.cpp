@@ -16,6 +16,7 @@
 #include "render/scene/light/light_builder.h"
 #include "render/scene/material/material_builder.h"
 #include "render/scene/medium/medium_builder.h"
+#include "render/scene/placement/motion.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/shape/instance_builder.h"
 #include "render/scene/shape/intersection.h"
@@ -224,9 +225,10 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   camera.clear_far_clip();
   camera.clear_distortion();
   camera.clear_view_name();
+  camera.clear_shutter();
   std::string key = absl::StrCat(isa, " ");
   const auto origin = render_origin(scene);
-  if (camera.world_from_camera_end().elements().empty() && origin.ok()) {
+  if (camera.world_from_camera_end().elements().empty() && camera.motion().empty() && origin.ok()) {
     absl::StrAppend(&key, absl::Hex(std::bit_cast<std::uint64_t>(origin->x)), " ",
                     absl::Hex(std::bit_cast<std::uint64_t>(origin->y)), " ",
                     absl::Hex(std::bit_cast<std::uint64_t>(origin->z)), " ");
@@ -310,6 +312,10 @@ absl::StatusOr<ContentBuild> ContentBuild::begin(const v1::Scene& scene, const v
   if (settings.spectral) tables.spectral = &arrays.spectral;
   if (auto s = set_view(scene, job, settings, builders.space, blobs, tables); !s.ok()) return s;
   if (auto s = builders.run(); !s.ok()) return s;
+  if (const auto motion = Motion::of(scene.camera()); motion.ok()) {
+    const std::string roughness = roughness_of(motion->steps());
+    if (!roughness.empty()) content->warnings.push_back("camera: " + roughness);
+  }
   accel.structures.prepare(arrays.shapes);
   const auto medium = builders.media.names().find(scene.camera().medium());
   if (!medium.ok()) return located(medium.status(), "camera");

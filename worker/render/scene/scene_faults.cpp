@@ -104,7 +104,7 @@ class FaultFinder {
   }
 
   void look_at(const v1::Shape& shape, const Transform& space_from_holder, const std::string& place) {
-    const auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
+    const auto motion = Motion::of(shape);
     if (!faults_.add(shape, place, motion.status())) return;
     const Transform placed = space_from_holder * motion->at(0);
     if (shape.has_csg()) return look_at_combination(shape, placed, place);
@@ -180,8 +180,7 @@ class FaultFinder {
                        const std::set<std::string_view>& plain = {}) {
     for (int i = 0; i < holder.instances_size() && !faults_.full(); ++i) {
       const v1::Instance& instance = holder.instances(i);
-      const auto motion =
-          Motion::from_proto(instance.world_from_instance(), instance.world_from_instance_end());
+      const auto motion = Motion::of(instance);
       absl::Status status = motion.status();
       if (motion.ok() && where.empty() && plain.contains(instance.object()))
         status = check_scale(motion->at(0));
@@ -196,7 +195,8 @@ class FaultFinder {
     std::set<std::string_view> plain;
     for (const v1::Object& object : scene_.objects()) {
       const auto stays = [&](const v1::Shape& shape) {
-        return shape.world_from_object_end().elements().empty() && !shape.has_half_space() &&
+        return shape.world_from_object_end().elements().empty() && shape.motion().empty() &&
+               !shape.has_half_space() &&
                !wire::is_nothing(shape, find_material(named_materials_, shape.material()));
       };
       if (object.instances().empty() && !object.has_packed_instances() &&
@@ -289,7 +289,7 @@ class Counter {
   }
 
   static bool moves(const v1::Shape& shape) {
-    const auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
+    const auto motion = Motion::of(shape);
     return motion.ok() && motion->moves();
   }
 

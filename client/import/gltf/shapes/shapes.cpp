@@ -206,6 +206,28 @@ class ShapeWriter {
     return false;
   }
 
+  /// The motion of what a node has at that place when the shutter opens. Joints move skins, not the node.
+  std::vector<TimedPlacing> motion_of(const Node& node, const Imath::M44d& world_from_mesh) {
+    std::vector<TimedPlacing> motion = node.motion;
+    if (index_of(node.json, "skin")) motion.clear();
+    if (motion.size() < 2) return motion;
+    if (!(world_from_mesh == node.world_from_node)) {
+      const Imath::M44d node_from_mesh =
+          world_from_mesh * inverse(node.world_from_node).value_or(Imath::M44d());
+      for (TimedPlacing& placing : motion) placing.place = node_from_mesh * placing.place;
+    }
+    const bool mirrors = determinant3(motion.front().place) < 0;
+    const bool may_move = std::ranges::all_of(motion, [&](const TimedPlacing& placing) {
+      return is_decomposable(placing.place) && (determinant3(placing.place) < 0) == mirrors;
+    });
+    if (may_move) return motion;
+    context_.warn(
+        node.place,
+        "while the shutter is open, its scale is 0 or changes its sign: it stays where it is when the "
+        "shutter opens");
+    return {};
+  }
+
   void place(const std::vector<Part>& parts, const Node& node, const Imath::M44d& world_from_mesh) {
     if (parts.empty() || !is_placeable(node, world_from_mesh)) return;
     for (const Part& part : parts) place(part, node, world_from_mesh);
@@ -214,6 +236,7 @@ class ShapeWriter {
   void place(const Part& part, const Node& node, const Imath::M44d& world_from_mesh) {
     v1::Shape& shape = *context_.scene.add_shapes() = part.shape;
     write_matrix(world_from_mesh, *shape.mutable_world_from_object());
+    write_motion(motion_of(node, world_from_mesh), shape);
     shape.set_name(node.name);
     extend(part, world_from_mesh);
   }
@@ -226,6 +249,7 @@ class ShapeWriter {
       v1::Instance& instance = *context_.scene.add_instances();
       instance.set_object(name);
       write_matrix(world_from_mesh, *instance.mutable_world_from_instance());
+      write_motion(motion_of(node, world_from_mesh), instance);
     }
     for (const Part& part : parts) {
       // Shapes of objects emit nothing.

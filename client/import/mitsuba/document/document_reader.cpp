@@ -72,6 +72,7 @@ class DocumentReader {
   void read_alias(const FileScope& scope, const Node& node);
   std::string spectrum_value(const FileScope& scope, const Node& node, Value& value);
   std::string transform_value(const FileScope& scope, const Node& node, Value& value);
+  void read_animation(const FileScope& scope, const Node& node, Object& parent);
   bool substitute(const FileScope& scope, Node node);
   bool check_attributes(const FileScope& scope, const Node& node,
                         std::initializer_list<std::string_view> required,
@@ -196,6 +197,7 @@ void DocumentReader::read_element(const FileScope& scope, Node node, Object& par
     if (tag == "scene") return fail(scope, node, "<scene> cannot stand inside another element");
     return read_object(scope, node, &parent, node.attribute("name").value(), nesting);
   }
+  if (tag == "animation") return read_animation(scope, node, parent);
   if (tag != "transform") {
     for (const Node& child : node.children()) {
       if (child.type() != pugi::node_element) continue;
@@ -319,6 +321,33 @@ std::string DocumentReader::transform_value(const FileScope& scope, const Node& 
   }
   value = transform;
   return is_finite(transform) ? "" : "the transformation is not finite";
+}
+
+/// Transforms at times, as before version 2.
+void DocumentReader::read_animation(const FileScope& scope, const Node& node, Object& parent) {
+  if (!check_attributes(scope, node, {"name"})) return;
+  Animation animation;
+  for (const Node& key : node.children()) {
+    if (key.type() != pugi::node_element) continue;
+    if (std::string_view(key.name()) != "transform") {
+      fail(scope, key, concat("<", key.name(), "> cannot stand inside <animation>: expected <transform>"));
+      continue;
+    }
+    if (!substitute(scope, key) || !check_attributes(scope, key, {"time"}, {"name"})) continue;
+    const std::string text = key.attribute("time").value();
+    const std::optional<double> time = parse_float(text);
+    Value placing;
+    if (!time) {
+      fail(scope, key, concat("expected ", wire::kSceneNumberRange, " as \"time\", found \"", text, "\""));
+    } else if (!animation.keys.empty() && !(*time > animation.keys.back().time)) {
+      fail(scope, key, concat("the time ", text, " is not after that of the transform before"));
+    }
+    if (const std::string problem = transform_value(scope, key, placing); !problem.empty())
+      fail(scope, key, problem);
+    if (time) animation.keys.push_back({*time, std::get<Imath::M44d>(placing)});
+  }
+  if (animation.keys.empty()) return fail(scope, node, "an <animation> has a <transform> at least");
+  add_property(scope, node, parent, node.attribute("name").value(), std::move(animation));
 }
 
 void DocumentReader::read_value(const FileScope& scope, const Node& node, Object& parent) {

@@ -98,8 +98,28 @@ Imath::M44d PropertyReader::transform(std::string_view name) {
   const Property* property = find(name);
   if (property == nullptr) return {};
   if (const Imath::M44d* value = std::get_if<Imath::M44d>(&property->value)) return *value;
+  if (std::holds_alternative<Animation>(property->value)) {
+    const std::vector<TimedPlacing> placings = motion(name);
+    if (placings.size() > 1)
+      diagnostics().warning(
+          property->where,
+          concat("a ", object_.title(), " does not move: it stays where it is when the shutter opens"));
+    return placings.front().place;
+  }
   error(*property, "expected a transform");
   return {};
+}
+
+std::vector<TimedPlacing> PropertyReader::motion(std::string_view name) {
+  const Property* property = find(name);
+  const auto* const animation = property == nullptr ? nullptr : std::get_if<Animation>(&property->value);
+  if (animation == nullptr) return {{0, transform(name)}};
+  for (const TimedPlacing& key : animation->keys) {
+    if (is_decomposable(key.place)) continue;
+    error(*property, concat("its transform at time ", key.time, " is singular"));
+    return {{0, Imath::M44d()}};
+  }
+  return during_shutter(animation->keys, context_.shutter_open, context_.shutter_close);
 }
 
 std::optional<Imath::V3d> PropertyReader::vector(std::string_view name) {

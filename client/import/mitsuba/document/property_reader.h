@@ -35,7 +35,10 @@ class PropertyReader {
   std::string text(std::string_view name, const std::string& fallback);
   /// In lower case.
   std::string keyword(std::string_view name, const std::string& fallback);
+  /// Where an animation is given, it is where it has things when the shutter opens.
   Imath::M44d transform(std::string_view name);
+  /// The placings while the shutter is open, which Context knows; one alone for what stands still.
+  std::vector<TimedPlacing> motion(std::string_view name);
   std::optional<Imath::V3d> vector(std::string_view name);
 
   /// Nested or referenced objects with this tag, in the order of the file.

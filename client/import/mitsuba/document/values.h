@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "import/geometry/transform.h"
+#include "import/geometry/motion_keys.h"
 #include "import/input/diagnostics.h"
 #include "spectra/curve.h"
 
@@ -30,13 +30,18 @@ struct SpectrumData {
   bool is_uniform() const { return samples.values.empty(); }
 };
 
+/// <animation>: transforms at times, in seconds, which ascend.
+struct Animation {
+  std::vector<TimedPlacing> keys;
+};
+
 /// A file that a <string> may name, resolved when it is asked for.
 struct String {
   std::string text;
 };
 
-using Value =
-    std::variant<bool, std::int64_t, double, String, Imath::V3d, Rgb, SpectrumData, Imath::M44d, Object*>;
+using Value = std::variant<bool, std::int64_t, double, String, Imath::V3d, Rgb, SpectrumData, Imath::M44d,
+                           Animation, Object*>;
 
 struct Property {
   std::string name;  // empty for an object without a name

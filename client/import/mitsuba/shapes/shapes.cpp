@@ -58,9 +58,11 @@ void ShapeWriter::write_instance(Object& object, google::protobuf::RepeatedPtrFi
   const std::string name = use_group(*group);
   v1::Instance& instance = *to.Add();
   instance.set_object(name);
-  const Imath::M44d world_from_instance = reader.transform("to_world");
+  const std::vector<TimedPlacing> motion = reader.motion("to_world");
+  const Imath::M44d& world_from_instance = motion.front().place;
   if (!inverse(world_from_instance)) reader.error("shape \"instance\": its transformation is singular");
   write_matrix(world_from_instance, *instance.mutable_world_from_instance());
+  write_motion(motion, instance);
 }
 
 std::string ShapeWriter::use_group(Object& group) {
@@ -119,8 +121,21 @@ bool ShapeWriter::write_shape(Object& object, bool in_group, v1::Shape& shape) {
 }
 
 bool ShapeWriter::write_geometry(PropertyReader& reader, v1::Shape& shape) {
+  std::vector<TimedPlacing> motion = reader.motion("to_world");
+  const Imath::M44d to_world = motion.front().place;
+  if (!write_geometry(reader, to_world, shape)) return false;
+  const std::optional<Imath::M44d> back = inverse(to_world);
+  if (!back || motion.size() == 1) return true;
+  // Spheres and cylinders have a place of their own within.
+  const Imath::M44d own = matrix_of(shape.world_from_object()) * *back;
+  for (TimedPlacing& placing : motion) placing.place = own * placing.place;
+  write_motion(motion, shape);
+  return true;
+}
+
+bool ShapeWriter::write_geometry(PropertyReader& reader, const Imath::M44d& world_from_object,
+                                 v1::Shape& shape) {
   const std::string& type = reader.object().type;
-  const Imath::M44d world_from_object = reader.transform("to_world");
   if (!inverse(world_from_object))
     reader.error(concat(reader.object().title(), ": its transformation is singular"));
   write_matrix(world_from_object, *shape.mutable_world_from_object());

@@ -31,6 +31,7 @@ class ShapeWriter {
   /// False where there is nothing to add.
   bool write_shape(Object& object, bool in_group, v1::Shape& shape);
   bool write_geometry(PropertyReader& reader, v1::Shape& shape);
+  bool write_geometry(PropertyReader& reader, const Imath::M44d& world_from_object, v1::Shape& shape);
   void write_sphere(PropertyReader& reader, Imath::M44d world_from_object, v1::Shape& shape);
   void write_cylinder(PropertyReader& reader, Imath::M44d world_from_object, v1::Shape& shape);
   void write_disk(const Imath::M44d& world_from_object, v1::Shape& shape);

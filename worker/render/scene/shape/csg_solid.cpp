@@ -20,7 +20,7 @@ absl::Status check(const v1::Shape& shape) {
     return absl::InvalidArgumentError("alpha is for the combination, not for an operand");
   if (!shape.interior_medium().empty() || !shape.exterior_medium().empty())
     return absl::InvalidArgumentError("media are for the combination, not for an operand");
-  if (!shape.world_from_object_end().elements().empty())
+  if (!shape.world_from_object_end().elements().empty() || !shape.motion().empty())
     return absl::InvalidArgumentError("the combination may move; its operands do not move within it");
   return absl::OkStatus();
 }

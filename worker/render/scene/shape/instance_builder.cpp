@@ -103,8 +103,7 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
 }
 
 absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape) {
-  if (shape.world_from_object_end().elements().empty()) return false;
-  const auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
+  const auto motion = Motion::of(shape);
   if (!motion.ok()) return motion.status();
   return motion->moves();
 }
@@ -117,15 +116,21 @@ absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform&
   return absl::OkStatus();
 }
 
+void InstanceBuilder::warn_of_roughness(const MotionSteps& steps, const std::string& where) {
+  const std::string roughness = roughness_of(steps);
+  if (!roughness.empty()) warnings_.push_back(absl::StrCat(where, ": ", roughness));
+}
+
 absl::StatusOr<ObjectPart> InstanceBuilder::build_moving_shape(const v1::Shape& shape, std::int32_t number,
                                                                bool instanced, const std::string& where) {
-  auto motion = Motion::from_proto(shape.world_from_object(), shape.world_from_object_end());
+  auto motion = Motion::of(shape);
   if (!motion.ok()) return motion.status();
+  warn_of_roughness(motion->steps(), where);
   // A mirrored shape is reflected within its object: which side is the front is decided there.
   const bool mirrors = motion->at(0).determinant() < 0;
   const Transform placed_from_object = mirrors ? point_reflection() : Transform{};
   if (mirrors) {
-    motion = Motion::between(motion->at(0) * placed_from_object, motion->at(1) * placed_from_object);
+    motion = motion->of_reflected();
     if (!motion.ok()) return motion.status();
   }
   const auto first = static_cast<std::int32_t>(table_.shapes.size());
@@ -200,10 +205,7 @@ std::size_t InstanceBuilder::Written::size() const {
 
 absl::StatusOr<Motion> InstanceBuilder::Written::motion(std::size_t i) const {
   const auto count = static_cast<std::size_t>(messages->size());
-  if (i < count) {
-    const v1::Instance& instance = (*messages)[static_cast<int>(i)];
-    return Motion::from_proto(instance.world_from_instance(), instance.world_from_instance_end());
-  }
+  if (i < count) return Motion::of((*messages)[static_cast<int>(i)]);
   Transform place;
   std::copy_n(packed.begin() + static_cast<std::ptrdiff_t>((i - count) * wire::kPackedElements),
               wire::kPackedElements, place.m.begin());
@@ -252,7 +254,9 @@ absl::Status InstanceBuilder::for_each_placed(const Written& instances, const st
       continue;
     }
     for (const ObjectPart& part : object_parts_[object]) {
-      if (auto s = f(i, part.placed_by(*motion)); !s.ok()) return located(s, place());
+      ObjectPart placed = part.placed_by(*motion);
+      if (motion->moves()) warn_of_roughness(placed.steps(), place());
+      if (auto s = f(i, std::move(placed)); !s.ok()) return located(s, place());
     }
     // With those that are done with gone, all lists together are no longer than the world's.
     if (--uses_[object] == 0) object_parts_[object] = {};
@@ -380,7 +384,7 @@ absl::Status InstanceBuilder::check_reach(const float* centre, float radius) con
 absl::Status InstanceBuilder::add_instance(const ObjectPart& part, const Holder& holder) {
   throw_if_stopped(stop_, holder.records.size());
   const auto place_at = [&](double time) { return holder.from_space * part.at(time); };
-  const int object = part.object, segments = part.segments();
+  const int object = part.object, segments = part.steps().segments;
   const Transform start = place_at(0);
   Transform back;
   if (!start.invert(back)) return absl::InvalidArgumentError("its transform is singular");

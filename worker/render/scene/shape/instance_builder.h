@@ -81,6 +81,8 @@ class InstanceBuilder {
   /// Builds a shape; its records have the scene's `number`.
   absl::Status add_shape(const v1::Shape& shape, const Transform& placed_from_object, std::int32_t number,
                          bool instanced, const std::string& where);
+  /// Warns of a motion that its steps do not follow closely.
+  void warn_of_roughness(const MotionSteps& steps, const std::string& where);
   absl::Status add_moving(const Shapes& shapes, const std::vector<int>& moving);
   absl::StatusOr<ObjectParts> build_object(const v1::Object& object);
   /// A point among the shapes where they are all far from the origin of instance space, else that origin:

@@ -1,7 +1,5 @@
 #include "render/scene/shape/object_part.h"
 
-#include <algorithm>
-
 namespace tessera::render {
 
 Transform ObjectPart::at(double time) const {
@@ -9,18 +7,6 @@ Transform ObjectPart::at(double time) const {
   Transform all = way.front().at(time);
   for (std::size_t i = 1; i < way.size(); ++i) all = all * way[i].at(time);
   return all;
-}
-
-int ObjectPart::segments() const {
-  const Motion* moving = nullptr;
-  int segments = 0;
-  for (const Motion& motion : way) {
-    if (!motion.moves()) continue;
-    segments =
-        moving == nullptr ? motion.segments() : std::max(segments, segments_of_product(*moving, motion));
-    moving = &motion;
-  }
-  return segments;
 }
 
 ObjectPart ObjectPart::placed_by(const Motion& motion) const {

@@ -17,8 +17,7 @@ struct ObjectPart {
   bool moves() const { return !way.empty(); }
   /// Time 0 is when the shutter opens, 1 when it closes.
   Transform at(double time) const;
-  /// Pieces that its motion needs; 0: it stands still.
-  int segments() const;
+  MotionSteps steps() const { return steps_of_product(way); }
   /// The part where something moves its holder so.
   ObjectPart placed_by(const Motion& motion) const;
 };

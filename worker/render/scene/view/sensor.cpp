@@ -16,6 +16,7 @@
 #include "render/scene/view/all_around.h"
 #include "render/scene/view/distortion.h"
 #include "render/scene/view/lens.h"
+#include "render/scene/view/shutter.h"
 #include "render/scene/view/viewpoint.h"
 #include "render/sensor/lens_table.h"
 #include "wire/lens_message.h"
@@ -25,11 +26,9 @@ namespace tessera::render {
 namespace {
 
 /// `viewpoint`: to camera space.
-absl::Status set_camera_motion(const v1::Camera& camera, const Transform& start, const Transform& viewpoint,
-                               const RenderSpace& space, SensorRecord& record) {
-  const auto end = Transform::from_proto(camera.world_from_camera_end());
-  if (!end.ok()) return end.status();
-  const auto motion = Motion::between(start, *end);
+absl::Status set_camera_motion(const v1::Camera& camera, const Transform& viewpoint, const RenderSpace& space,
+                               SensorRecord& record) {
+  const auto motion = Motion::of(camera);
   if (!motion.ok()) return motion.status();
   if (!motion->moves()) return absl::OkStatus();
   const auto pose = [&](double time) {
@@ -276,10 +275,10 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   const Transform render_from_camera = space.from_world * *world_from_camera;
   record.render_from_sensor =
       (camera.has_viewpoint() ? render_from_camera * *viewpoint : render_from_camera).to_affine();
-  if (!camera.world_from_camera_end().elements().empty()) {
-    if (auto s = set_camera_motion(camera, *world_from_camera, *viewpoint, space, record); !s.ok())
-      return located(s, "camera");
-  }
+  if (auto s = set_camera_motion(camera, *viewpoint, space, record); !s.ok()) return located(s, "camera");
+  auto shutter = build_shutter(camera.shutter(), film);
+  if (!shutter.ok()) return shutter.status();
+  record.shutter = *std::move(shutter);
   record.near_clip = camera.near_clip();
   record.far_clip = camera.far_clip();
   if (!(record.near_clip >= 0) || !std::isfinite(record.near_clip) || !(record.far_clip >= 0) ||

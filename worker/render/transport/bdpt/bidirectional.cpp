@@ -19,7 +19,9 @@ Bidirectional::Bidirectional(const IntegratorContext& context, StrategyFilter fi
       lights_(context, filter),
       merging_(std::move(merging)),
       transit_(context),
-      shadow_layers_(make_shadow_layers(context)) {}
+      shadow_layers_(make_shadow_layers(context)) {
+  shared_.times_of_lights = true;
+}
 
 Bidirectional::~Bidirectional() = default;
 

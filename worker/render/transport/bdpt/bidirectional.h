@@ -75,7 +75,7 @@ class Bidirectional final : public Integrator {
   SampleBatch batch_;
   LightSubpaths lights_;
   const std::unique_ptr<Merging> merging_;  // may be none
-  PassShare shared_;                        // where passes are merged
+  PassShare shared_;                        // more than the times of lights where passes are merged
   Frontier frontier_;
   WeightState weights_;
   ConnectionQueue joins_;  // rays to lights and to vertices of the other subpath

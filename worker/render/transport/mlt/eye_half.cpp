@@ -1,6 +1,7 @@
 // Subpaths from the eye: up to the vertex where they meet a light, are lit by one, or are joined to the
 // light's subpath.
 #include "render/integrator/stage_timer.h"
+#include "render/sensor/shutter.h"
 #include "render/transport/bdpt/ways.h"
 #include "render/transport/mlt/path_maker.h"
 #include "render/transport/vertex/encounter.h"
@@ -51,9 +52,14 @@ void PathMaker::start_at_eye(PathBatch& batch) {
     const int first = k * kWidth;
     select(wanted, film.x, Float::load(batch.film_x + first)).store(batch.film_x + first);
     select(wanted, film.y, Float::load(batch.film_y + first)).store(batch.film_y + first);
-    const Float time = scene_.any_motion ? numbers.get_2d(dimension::kTime).x : Float(0.0f);
-    const SensorSample start{film, numbers.get_2d(dimension::kLens), time};
-    const WidePath path = start_at_sensor(scene_, start, wavelengths_of(numbers), Int::iota(first));
+    Exposure exposure{Float(0.0f), Float(1.0f)};
+    if (scene_.any_motion) {
+      exposure.time = time_of_light(scene_.sensor, numbers.get_2d(dimension::kTime).x);
+      exposure.weight = exposure_at(scene_.sensor, film, exposure.time);
+    }
+    const SensorSample start{film, numbers.get_2d(dimension::kLens), exposure.time};
+    WidePath path = start_at_sensor(scene_, start, wavelengths_of(numbers), Int::iota(first));
+    path.beta *= exposure.weight;
     frontier_.replace(scene_, k, path, wanted);
   }
   frontier_.end_step();

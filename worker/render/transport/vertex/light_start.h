@@ -37,7 +37,10 @@ TESSERA_INLINE LightStart start_at_light(const SceneTables& scene, const Numbers
   start.light = choice.index;
   start.pmf = choice.pmf;
   Float time(0.0f);
-  if (scene.any_motion) time = shared.time ? Float(*shared.time) : numbers.get_2d(dimension::kTime).x;
+  if (scene.any_motion) {
+    time =
+        shared.time ? Float(*shared.time) : time_of_light(scene.sensor, numbers.get_2d(dimension::kTime).x);
+  }
   start.ray = sample_emission(scene.lights, choice.index, time, numbers.get_2d(dimension::kEmissionPlace),
                               numbers.get_2d(dimension::kEmissionDirection), active);
   start.alive = active & start.ray.valid & (choice.pmf > 0.0f);

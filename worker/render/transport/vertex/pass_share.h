@@ -8,6 +8,7 @@
 #include "render/color/spectra.h"
 #include "render/integrator/scene_tables.h"
 #include "render/sampling/sampler.h"
+#include "render/sensor/shutter.h"
 #include "render/transport/vertex/dimensions.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -30,7 +31,7 @@ inline PassShare share_of_pass(const SceneTables& scene, std::uint64_t seed, std
   const UInt key = Sampler::pixel_hash(seed, UInt(0u), UInt(0x50617373u));
   if (scene.any_motion) {
     const Sampler passes(scene.sampler.kind, key, reverse_bits(UInt(pass)));
-    share.time = passes.get_2d(dimension::kTime).x.lane(0);
+    share.time = time_of_light(scene.sensor, passes.get_2d(dimension::kTime).x).lane(0);
   }
   if (kSpectral) share.wavelength = to_unit_float(hash(key) + UInt(pass * kStep)).lane(0);
   return share;

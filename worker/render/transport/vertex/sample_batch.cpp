@@ -5,6 +5,7 @@
 #include "render/film/filter_sample.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sampling/sample_key.h"
+#include "render/sensor/shutter.h"
 #include "render/shape/place.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/dispersion.h"
@@ -41,6 +42,17 @@ Wide<T> of_first_in_group(Wide<T> each, int group) {
   return gather(values, Int::iota(0) & Int(-group), Mask::all());
 }
 
+/// The moments of samples, whose neighbours share light of one time; no motion, no time.
+Exposure exposure_of(const SceneTables& scene, Vec2 raster, const Sampler& sampler, int group,
+                     const PassShare& shared) {
+  if (!scene.any_motion) return {Float(0.0f), Float(1.0f)};
+  const bool common = shared.time || shared.times_of_lights;
+  const Float u = shared.time ? Float(0.0f) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
+  if (!common) return exposure_of_groups(scene.sensor, raster, u, group);
+  const Float time = shared.time ? Float(*shared.time) : time_of_light(scene.sensor, u);
+  return {time, exposure_at(scene.sensor, raster, time)};
+}
+
 }  // namespace
 
 bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const PassShare& shared) {
@@ -63,7 +75,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
     // Where on the raster, and where on the lens.
     Vec2 raster{to_float(bit_cast<std::int32_t>(px)), to_float(bit_cast<std::int32_t>(py))};
     Vec2 lens{Float(0.5f), Float(0.5f)};
-    Float time(0.0f), weight;
+    Float weight;
     if (common != nullptr) {
       const Int number = name.c[2] - static_cast<std::int32_t>(common->first);
       const Mask named = Mask::first(size_ - slot);
@@ -75,16 +87,15 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
       weight = filter.weight;
     }
     if (has_lens(scene_.sensor)) lens = sampler.get_2d(dimension::kLens);
-    if (scene_.any_motion)
-      // Neighbours share light of one time.
-      time = shared.time ? Float(*shared.time) : of_first_in_group(sampler.get_2d(dimension::kTime).x, group);
+    const Exposure exposure = exposure_of(scene_, raster, sampler, group, shared);
+    weight = weight * exposure.weight;
     const Wavelengths wavelengths = sample_wavelengths(
         scene_.sensor.response.sensitivity, [&] {  // Neighbours share light of the same ones.
           return shared.wavelength ? Float(*shared.wavelength)
                                    : of_first_in_group(sampler.get_2d(dimension::kTime).y, group);
         });
 
-    WidePath path = start_at_sensor(scene_, {raster, lens, time}, wavelengths, Int::iota(slot));
+    WidePath path = start_at_sensor(scene_, {raster, lens, exposure.time}, wavelengths, Int::iota(slot));
     path.layer_state = state_at_eye(scene_);
     store(scene_, path, paths, slot);
     key.pixel.store(keys_.pixel_hash + slot);
@@ -116,8 +127,10 @@ void SampleBatch::find_hits(const PathState& paths, int n, int depth, HitState& 
 }
 
 void SampleBatch::miss_unsampled(HitState& hits) const {
+  // Samples at times at which their row is not exposed count for nothing.
+  const bool may_be_closed = scene_.any_motion && scene_.sensor.shutter != nullptr;
   for (int i = 0; i < size_; ++i) {
-    if (names_[i].stream == kUnsampled) hits.shape[i] = -1;
+    if (names_[i].stream == kUnsampled || (may_be_closed && filter_weight_[i] == 0)) hits.shape[i] = -1;
   }
 }
 

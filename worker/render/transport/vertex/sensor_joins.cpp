@@ -6,6 +6,7 @@
 #include "render/film/summable.h"
 #include "render/integrator/stage_timer.h"
 #include "render/sensor/respond.h"
+#include "render/sensor/shutter.h"
 #include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/light_start.h"
 
@@ -42,6 +43,8 @@ SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta,
   if (kSpectral && scene.sensor.disperses) beta = first_for_all(dispersed == 0, beta);
   join.value = beta * join.back.f_cos *
                (select(v.in_medium, join.eye.importance, geometry) * scene.sensor.response.exposure);
+  if (scene.any_motion && scene.sensor.shutter)
+    join.value *= exposure_at(scene.sensor, join.eye.raster, v.time);
   return join;
 }
 
