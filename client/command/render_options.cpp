@@ -212,7 +212,7 @@ void LoadedJob::describe(const RenderOptions& options, FollowedJob& followed) co
   for (std::uint32_t view = 0; view < followed.images.size(); ++view) {
     Image& image = followed.images[view].image;
     add_scene_facts(imported.scene, wire::camera_of(imported.scene, view), job->spec, image);
-    if (options.frame) add_frame_facts(*options.frame, rate, image);
+    if (options.frame) add_frame_facts(*options.frame, rate, shutter, image);
   }
 }
 
@@ -305,6 +305,7 @@ std::unique_ptr<LoadedJob> load_job(const RenderOptions& options, int& exit_code
   loaded->imported = *std::move(imported);
   if (options.origin && !*options.origin) *options.origin = wire::camera_place(loaded->imported.scene);
   loaded->rate = frame_rate(options, loaded->imported.scene);
+  loaded->shutter = loaded->imported.scene.animation().shutter();
   if (options.frames.scene_rate) *options.frames.scene_rate = loaded->rate;
   if (options.frame) {
     if (const absl::Status status =

@@ -74,7 +74,8 @@ struct LoadedJob {
   std::shared_ptr<const BuiltScene> built = nullptr;  // the job's scene, where it was built already
   double import_seconds = 0;                          // digests included
   double import_cpu_seconds = 0;
-  Rational rate;  // frames a second of an animation
+  Rational rate;       // frames a second of an animation
+  double shutter = 0;  // share of a frame of it for which the shutter is open
 
   /// Frees the bytes of meshes and packed instances.
   void free_meshes();

@@ -21,6 +21,7 @@ std::string values_of(const wire::SettingField& setting) {
   }
   if (setting.field->cpp_type() == FieldDescriptor::CPPTYPE_BOOL) return "`on`, `off`";
   if (setting.name == "integrator") return "[below](#integrators)";
+  if (setting.name == "exposure") return "[cameras](cameras.md#exposure)";
   if (setting.field->cpp_type() == FieldDescriptor::CPPTYPE_STRING) return "[colour](colour.md#sensors)";
   const v1::Setting& traits = setting.traits();
   if (!traits.has_least()) return "";

@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "wire/enum_words.h"
+#include "wire/exposure.h"
 
 namespace tessera::wire {
 namespace {
@@ -52,6 +53,7 @@ spectra::Bands bands_of(const v1::JobSpec::View& view) {
 absl::Status check_film_words(const v1::JobSpec::View& view) {
   const absl::StatusOr<FilmSensor> film = film_sensor_of(view);
   if (!film.ok()) return film.status();
+  if (absl::Status exposure = check_exposure_words(view.exposure()); !exposure.ok()) return exposure;
   const v1::RgbSpace space = or_default(view.rgb_space());
   if (space == v1::RGB_SPACE_REC709 || film->sensor.kind == spectra::SensorKind::kObserver)
     return absl::OkStatus();

@@ -5,12 +5,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "wire/dispersion.h"
+#include "wire/film_format.h"
 
 namespace tessera::wire {
 
 namespace {
-
-constexpr double kFullFrameMm = 43.266615;  // 36 mm x 24 mm
 
 void write_dispersion(const spectra::Dispersion& formula, v1::Dispersion& message) {
   const std::string name(formula.name);
@@ -82,21 +81,13 @@ double mm_per_unit(const v1::LensCamera& camera) {
   return camera.units_per_mm() > 0 ? 1 / camera.units_per_mm() : 1000;
 }
 
-double film_diagonal_mm(const v1::LensCamera& camera) {
-  return camera.film_diagonal_mm() > 0 ? camera.film_diagonal_mm() : kFullFrameMm;
-}
-
 std::optional<optics::LensSystem> lens_system_of(const v1::LensCamera& camera,
                                                  std::vector<optics::Fault>& faults) {
   const std::size_t before = faults.size();
   const auto is_size = [](double x) { return x >= 0 && std::isfinite(x); };
   const optics::Prescription lens = prescription_of(camera.lens(), faults);
-  constexpr double kLeastFilmMm = 1e-3, kMostFilmMm = 1e5;
-  const double film = film_diagonal_mm(camera);
-  if (!is_size(camera.film_diagonal_mm()) || film < kLeastFilmMm || film > kMostFilmMm)
-    faults.push_back({0, 0,
-                      absl::StrCat("a film of ", camera.film_diagonal_mm(), " mm is none; ", kLeastFilmMm,
-                                   " to ", kMostFilmMm, " mm are possible")});
+  if (auto fault = film_fault(camera.film_diagonal_mm(), camera.film_gauge()))
+    faults.push_back({0, 0, *std::move(fault)});
   if (!is_size(camera.units_per_mm()))
     faults.push_back(
         {0, 0, absl::StrCat("a millimetre is not ", camera.units_per_mm(), " units of the scene")});

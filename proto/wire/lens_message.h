@@ -16,9 +16,6 @@ void write_prescription(const optics::Prescription& lens, v1::LensPrescription& 
 
 /// Millimetres that a unit of the scene is, for a camera whose numbers are sound.
 double mm_per_unit(const v1::LensCamera& camera);
-/// The diagonal of the film.
-double film_diagonal_mm(const v1::LensCamera& camera);
-
 /// The camera's lens, focused; nothing where `faults` gets why.
 std::optional<optics::LensSystem> lens_system_of(const v1::LensCamera& camera,
                                                  std::vector<optics::Fault>& faults);

@@ -104,19 +104,49 @@ class Cameras(SceneMessage):
         blades: int = 0,
         units_per_mm: float = 0.001,
         clip: tuple[float, float] = (0.0, 0.0),
+        film_gauge: str = "",
     ) -> None:
         """A lens system, whose `lens` `google.protobuf.text_format.Parse` reads from a file. `focus` is the
         distance from the film of what is sharp (0: infinity); the lens is as open as `f_number` says (0: fully);
-        `film_diagonal` in millimetres (0: 43.27); a stop of `blades` is a polygon (0: round)."""
+        `film_diagonal` in millimetres (0: 43.27), or `film_gauge` by name: "super35"; a stop of `blades` is a
+        polygon (0: round)."""
         camera = self._camera()
         camera.lens.Clear()
         camera.lens.lens.CopyFrom(lens)
         camera.lens.focus_distance = focus
         camera.lens.f_number = f_number
         camera.lens.film_diagonal_mm = film_diagonal
+        camera.lens.film_gauge = film_gauge
         if blades:
             camera.lens.blades = blades
         camera.lens.units_per_mm = units_per_mm
+        self._place_camera(camera, world_from_camera, clip)
+
+    def pinhole_camera(
+        self,
+        world_from_camera: npt.ArrayLike,
+        hole: float,
+        film_distance: float,
+        film_gauge: str = "",
+        film_diagonal: float = 0.0,
+        scene_distance: float = 0.0,
+        diffraction: bool = True,
+        units_per_mm: float = 0.001,
+        clip: tuple[float, float] = (0.0, 0.0),
+    ) -> None:
+        """A box with a round hole, of a diameter and at a distance from the film in millimetres. The film is of a
+        gauge, "4x5", or of a diagonal in millimetres (0: 43.27). `scene_distance`: of what diffraction is exact
+        for (0: infinity); without `diffraction`, light goes straight."""
+        camera = self._camera()
+        camera.pinhole.Clear()
+        camera.pinhole.hole_mm = hole
+        camera.pinhole.film_distance_mm = film_distance
+        camera.pinhole.film_gauge = film_gauge
+        camera.pinhole.film_diagonal_mm = film_diagonal
+        camera.pinhole.scene_distance = scene_distance
+        if not diffraction:
+            camera.pinhole.diffraction = camera_pb2.PinholeCamera.STRAIGHT
+        camera.pinhole.units_per_mm = units_per_mm
         self._place_camera(camera, world_from_camera, clip)
 
     def cylindrical_camera(

@@ -76,6 +76,13 @@ class SceneTest(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "there is no kind of axes 'crossed'"):
             scene.stereo_pair(0.06, 2, axes="crossed")
 
+    def test_pinholes_have_a_hole_and_a_film(self) -> None:
+        scene = tessera.Scene()
+        scene.pinhole_camera(np.eye(4), 0.3, 60, "4x5", scene_distance=2, diffraction=False)
+        pinhole = scene.message.camera.pinhole
+        self.assertEqual((pinhole.hole_mm, pinhole.film_distance_mm, pinhole.film_gauge), (0.3, 60, "4x5"))
+        self.assertEqual((pinhole.scene_distance, pinhole.diffraction), (2, pinhole.STRAIGHT))
+
     def test_meshes_that_make_no_sense_are_refused(self) -> None:
         square = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
         for arrays, what in (

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "wire/algorithm.h"
 #include "wire/digest.h"
+#include "wire/film_format.h"
 #include "wire/film_size.h"
 #include "wire/job_check.h"
 #include "wire/limits.h"
@@ -91,6 +92,8 @@ void widen_screen(std::uint32_t overscan, const Resolution& picture, v1::Camera&
   }
   const float x = (screen[1] - screen[0]) * static_cast<float>(overscan) / static_cast<float>(picture.width);
   const float y = (screen[3] - screen[2]) * static_cast<float>(overscan) / static_cast<float>(picture.height);
+  const auto width = static_cast<double>(picture.width), height = static_cast<double>(picture.height);
+  wire::keep_film_scale({width, height}, {width + 2 * overscan, height + 2 * overscan}, camera);
   camera.clear_screen_window();
   for (const float border : {screen[0] - x, screen[1] + x, screen[2] - y, screen[3] + y})
     camera.add_screen_window(border);

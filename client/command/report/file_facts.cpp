@@ -45,9 +45,10 @@ void add_file_facts(const std::string& job_name, std::time_t now, Image& image) 
     image.metadata["tessera.command_line"] = std::move(line);
 }
 
-void add_frame_facts(std::int64_t frame, const Rational& rate, Image& image) {
+void add_frame_facts(std::int64_t frame, const Rational& rate, double shutter, Image& image) {
   image.metadata["framesPerSecond"] = rate;
   image.metadata["tessera.frame"] = static_cast<std::int32_t>(frame);
+  if (shutter > 0) image.metadata["shutterAngle"] = static_cast<float>(360 * shutter);
   if (rate.denominator == 0 || rate.numerator <= 0 || frame < 0) return;
   const std::int64_t base = (rate.numerator + rate.denominator / 2) / rate.denominator;
   // The code has two digits for frames, of which the higher goes to 3.

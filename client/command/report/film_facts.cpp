@@ -4,9 +4,22 @@
 
 #include "image/color_space.h"
 #include "image/spectral_image.h"
+#include "spectra/sensor/sensor_name.h"
 #include "wire/film_sensor.h"
 
 namespace tessera::client {
+namespace {
+
+/// What is white in a picture that was balanced: its colour space's, whatever light that was in the scene.
+void add_white(const wire::FilmSensor& film, const v1::JobSpec::View& view, Image& image) {
+  if (!film.white || image.metadata.contains(kRawChannels)) return;
+  image.metadata["adoptedNeutral"] =
+      NumberPair{static_cast<float>(film.space.white.x), static_cast<float>(film.space.white.y)};
+  if (const auto kelvin = spectra::kelvin_of_white_balance(view.white_balance()))
+    image.metadata["cameraCCTSetting"] = static_cast<float>(*kelvin);
+}
+
+}  // namespace
 
 void add_film_facts(const v1::JobSpec& spec, Image& image) {
   const v1::JobSpec::View& view = spec.view();
@@ -20,6 +33,7 @@ void add_film_facts(const v1::JobSpec& spec, Image& image) {
   }
   image.metadata["tessera.sensor"] = view.sensor();
   image.metadata["tessera.white_balance"] = view.white_balance();
+  add_white(*film, view, image);
   if (film->bands.count == 0) return;
   image.metadata[kFilmOfImage] = view.film();
   image.metadata["spectralLayoutVersion"] = std::string("1.0");

@@ -11,8 +11,8 @@
 
 namespace tessera::client {
 
-/// Adds the matrices of the camera, which is one of the scene's, and the names of what numbers in the image
-/// stand for.
+/// Adds facts of the camera, which is one of the scene's, and of the film's exposure; and the names of what
+/// numbers in the image stand for.
 void add_scene_facts(const v1::Scene& scene, const v1::Camera& camera, const v1::JobSpec& spec, Image& image);
 
 /// Cryptomattes, of so many ranks, by names of shapes, materials, and what instances place. The scene must

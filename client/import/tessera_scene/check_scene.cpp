@@ -10,9 +10,11 @@
 #include "expression/expression.h"
 #include "import/input/concat.h"
 #include "import/tessera_scene/animation.h"
+#include "optics/film_gauge.h"
 #include "spectra/matter/dispersion.h"
 #include "spectra/sensor/bands.h"
 #include "spectra/sensor/sensor_name.h"
+#include "wire/exposure.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::client::tessera_scene {
@@ -45,13 +47,16 @@ std::string_view name_in_package(const FieldDescriptor& field) {
   return std::string_view(field.full_name()).substr(kPackage.size());
 }
 
-/// Settings that are words of a syntax of their own.
+/// Settings that are words of a syntax of their own, and names of films.
 absl::Status check_setting(const std::string& text, const FieldDescriptor& field) {
   const std::string_view name = name_in_package(field);
   if (text.empty()) return absl::OkStatus();
   if (name == "RenderSettings.sensor") return spectra::parse_sensor(text).status();
   if (name == "RenderSettings.white_balance") return spectra::parse_white_balance(text).status();
   if (name == "RenderSettings.film") return spectra::parse_film(text).status();
+  if (name == "RenderSettings.exposure") return wire::check_exposure_words(text);
+  if (field.name() == "film_gauge" && optics::find_film_gauge(text) == nullptr)
+    return absl::InvalidArgumentError(optics::unknown_film_gauge(text));
   return absl::OkStatus();
 }
 

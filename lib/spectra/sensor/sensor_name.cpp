@@ -99,17 +99,21 @@ absl::StatusOr<NamedSensor> parse_sensor(const std::string& text) {
                                                  ", band:FROM-TO", base::did_you_mean(text, names)));
 }
 
+std::optional<double> kelvin_of_white_balance(std::string_view text) {
+  if (text.ends_with('K') || text.ends_with('k')) text.remove_suffix(1);
+  const double kelvin = number_in(text);
+  return std::isnan(kelvin) ? std::nullopt : std::optional(kelvin);
+}
+
 absl::StatusOr<std::optional<Curve>> parse_white_balance(const std::string& text) {
   if (text == "none") return std::nullopt;
   std::optional<Curve> light;
-  std::string_view number = text;
-  if (number.ends_with('K') || number.ends_with('k')) number.remove_suffix(1);
-  if (const double kelvin = number_in(number); !std::isnan(kelvin)) {
-    if (kelvin < kLeastKelvin || kelvin > kMostKelvin) {
-      return absl::InvalidArgumentError(absl::StrCat("white balance is ", kelvin, " K; ", kLeastKelvin,
+  if (const std::optional<double> kelvin = kelvin_of_white_balance(text)) {
+    if (*kelvin < kLeastKelvin || *kelvin > kMostKelvin) {
+      return absl::InvalidArgumentError(absl::StrCat("white balance is ", *kelvin, " K; ", kLeastKelvin,
                                                      " to ", kMostKelvin, " K was expected"));
     }
-    light = light_of(kelvin);
+    light = light_of(*kelvin);
   }
   std::vector<std::string> names(std::begin(kIlluminantNames), std::end(kIlluminantNames));
   for (const std::string& name : names) {

@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -35,6 +36,9 @@ std::vector<std::string> sensor_names();
 /// 25000 K ("5600K"), daylight from 4000 K on and Planck's law below. Scaled to a luminance of 1 by the CIE
 /// 1931 observer. Nothing for "none". InvalidArgument, with the nearest name, for any other.
 absl::StatusOr<std::optional<Curve>> parse_white_balance(const std::string& text);
+
+/// The colour temperature that a white balance names; nothing where it names a light, or nothing.
+std::optional<double> kelvin_of_white_balance(std::string_view text);
 
 /// Two numbers of nanometres, "550-560": the first below the other, both within what sensors may have.
 /// `what` is what they are for, for the message of InvalidArgument.

@@ -165,7 +165,9 @@ class Exporter:
         return x0, height - max(high, low + 1), max(x1, x0 + 1), height - low
 
     def _film(self) -> None:
-        self.scene.film(*self.resolution)
+        # Cycles multiplies the render by it. The exposure of Blender's views is for screens alone.
+        exposure = float(getattr(getattr(self._blender, "cycles", None), "film_exposure", 1.0))
+        self.scene.film(*self.resolution, exposure=None if exposure == 1.0 else exposure)
 
     def _camera(self) -> None:
         camera = self._blender.camera

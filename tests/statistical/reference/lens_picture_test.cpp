@@ -32,17 +32,6 @@ std::string camera_with_lens() {
     } focus_distance: 4.6 units_per_mm: 0.01 })");
 }
 
-/// Fails where the pictures differ, and where a difference of the part `seen` would not have been found.
-void expect_agreement(const Pictures& a, const Pictures& b, double relative, double seen) {
-  expect_same(a, b, relative);
-  for (std::size_t c = 0; c < 3; ++c) {
-    Pictures brighter = b;
-    for (Picture& picture : brighter)
-      for (std::size_t v = c; v < picture.values.size(); v += 3) picture.values[v].mean *= 1 + seen;
-    EXPECT_LT(p_value_of(differences_of(a, brighter, relative)), 1e-4) << "channel " << c;
-  }
-}
-
 struct Integrator {
   const char* name;
   double relative = 1e-3, seen = 0.03;

@@ -58,6 +58,17 @@ inline Difference difference_from_known(const std::string& name, const std::vect
   return difference_from(name, by_seed, expected, relative);
 }
 
+/// Fails where the pictures differ, and where a difference of the part `seen` would not have been found.
+inline void expect_agreement(const Pictures& a, const Pictures& b, double relative, double seen) {
+  expect_same(a, b, relative);
+  for (std::size_t c = 0; c < 3; ++c) {
+    Pictures brighter = b;
+    for (Picture& picture : brighter)
+      for (std::size_t v = c; v < picture.values.size(); v += 3) picture.values[v].mean *= 1 + seen;
+    EXPECT_LT(p_value_of(differences_of(a, brighter, relative)), 1e-4) << "channel " << c;
+  }
+}
+
 /// Fails unless the whole picture has this colour, within its noise and a part of it.
 inline void expect_color(const Pictures& pictures, const spectra::Triple& expected, double relative) {
   std::vector<Difference> differences;

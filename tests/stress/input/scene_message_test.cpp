@@ -186,6 +186,15 @@ class SceneMessage : public testing::Test {
                                                               tilted.mutable_tilt()));
     merge("rig { grid { columns: 2 rows: 2 spacing_x: 0.1 spacing_y: 0.1 convergence_distance: 5 } }",
           samples_[9].scene);
+    v1::PinholeCamera& pinhole = *samples_[10].scene.mutable_camera()->mutable_pinhole();
+    ASSERT_TRUE(google::protobuf::TextFormat::ParseFromString(kPinhole, &pinhole));
+    samples_[10].scene.mutable_film()->mutable_photographic_exposure()->clear_f_number();
+    samples_[10].scene.mutable_film()->mutable_photographic_exposure()->set_t_number(180);
+    v1::PerspectiveCamera& by_focal_length = *samples_[11].scene.mutable_camera()->mutable_perspective();
+    by_focal_length.clear_fov_degrees();
+    by_focal_length.set_focal_length_mm(50);
+    samples_[11].scene.mutable_film()->mutable_photographic_exposure()->Clear();
+    samples_[11].scene.mutable_film()->mutable_photographic_exposure()->set_ev100(12);
   }
 
   static constexpr const char* kLens = R"(
@@ -198,7 +207,10 @@ class SceneMessage : public testing::Test {
              surfaces { thickness_mm: 1 diameter_mm: 24 dispersion { cauchy { a: 1.5 b: 0.004 c: 0.0001 } } }
              surfaces { thickness_mm: 60 diameter_mm: 24 } }
       film_diagonal_mm: 40 focus_distance: 5 blades: 6 blade_degrees: 10 units_per_mm: 0.001)";
-  static constexpr int kSamples = 10;
+  static constexpr const char* kPinhole = R"(
+      hole_mm: 0.3 film_distance_mm: 50 film_diagonal_mm: 40 scene_distance: 5 wavelength_nm: 550
+      units_per_mm: 0.001)";
+  static constexpr int kSamples = 12;
 
   support::TempDir folder_;
   client::ImportedScene samples_[kSamples];

@@ -168,12 +168,44 @@ TEST(CameraFacts, LensesHaveOpenExrsNames) {
   EXPECT_EQ(std::get<std::string>(image.metadata.at("lensModel")), "singlet");
 }
 
+TEST(CameraFacts, PhotographersSettingsHaveOpenExrsNames) {
+  const v1::Scene scene = scene_of(
+      "camera { pinhole { hole_mm: 0.5 film_distance_mm: 100 film_gauge: '4x5' } }"
+      "film { photographic_exposure { shutter_seconds: 2 iso: 400 cd_per_m2: 10 } }");
+  Image image;
+  image.display = {0, 0, 120, 96};
+  add_camera_facts(scene.camera(), image);
+  add_exposure_facts(scene.film(), "", scene.camera(), image);
+  const auto number = [&](const char* name) { return std::get<float>(image.metadata.at(name)); };
+  EXPECT_EQ(number("pinholeFocalLength"), 100);
+  // Half of 96 mm at 100 mm is the upper edge.
+  EXPECT_NEAR(mapped(std::get<RowMatrix>(image.metadata.at("worldToNDC")), 0, .48, 1)[1], 0, 1e-6);
+  EXPECT_EQ(number("aperture"), 200);
+  EXPECT_EQ(number("expTime"), 2);
+  EXPECT_EQ(number("isoSpeed"), 400);
+  EXPECT_EQ(std::get<NumberPair>(image.metadata.at("sensorOverallDimensions")), (NumberPair{120, 96}));
+  // A luminance of so many cd/m^2 is 1: its illuminance is pi sin^2 of it, and .018 of lux seconds times
+  // speed.
+  const double irradiance = std::numbers::pi * .0625 / (1e4 + .0625);
+  EXPECT_NEAR(number("whiteLuminance"), 1 / (.018 * 400 * 2 * irradiance), 1e-3 / irradiance);
+  EXPECT_FALSE(image.metadata.contains("tStop"));
+  Image plain;
+  add_exposure_facts(v1::Film(), "", scene.camera(), plain);
+  EXPECT_TRUE(plain.metadata.empty());
+  Image by_words;
+  add_exposure_facts(v1::Film(), "t/4 1/50s", scene.camera(), by_words);
+  EXPECT_EQ(std::get<float>(by_words.metadata.at("tStop")), 4);
+  EXPECT_FALSE(by_words.metadata.contains("isoSpeed"));
+}
+
 TEST(FileFacts, TimeCodesCountFramesOfTheRate) {
   Image image;
-  add_frame_facts(24 * 3661 + 13, {24, 1}, image);
+  add_frame_facts(24 * 3661 + 13, {24, 1}, .5, image);
+  EXPECT_EQ(std::get<float>(image.metadata.at("shutterAngle")), 180);
   EXPECT_EQ(std::get<TimeCode>(image.metadata.at("timeCode")).time_and_flags, 0x01010113u);
   Image fast;
-  add_frame_facts(5, {120, 1}, fast);
+  add_frame_facts(5, {120, 1}, 0, fast);
+  EXPECT_FALSE(fast.metadata.contains("shutterAngle"));
   EXPECT_FALSE(fast.metadata.contains("timeCode"));
   EXPECT_EQ(std::get<Rational>(fast.metadata.at("framesPerSecond")), (Rational{120, 1}));
 }

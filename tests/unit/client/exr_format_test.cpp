@@ -175,6 +175,7 @@ TEST(ExrFormat, StandardAttributesHaveTheirTypes) {
   RowMatrix matrix;
   for (std::size_t i = 0; i < 16; ++i) matrix.m[i] = static_cast<float>(i);
   image.metadata["worldToCamera"] = matrix;
+  image.metadata["adoptedNeutral"] = NumberPair{.25f, .5f};
   image.metadata["cryptomatte/0123456/name"] = std::string("CryptoObject");
   ASSERT_TRUE(write_exr(image, directory / "a.exr",
                         {.names = ChannelNames::kBlender, .attributes = {{"owner", "Studio"}}})
@@ -185,11 +186,12 @@ TEST(ExrFormat, StandardAttributesHaveTheirTypes) {
   EXPECT_EQ(Imf::timeCode(file.header()).minutes(), 2);
   EXPECT_EQ(Imf::timeCode(file.header()).seconds(), 3);
   EXPECT_EQ(Imf::timeCode(file.header()).frame(), 4);
+  EXPECT_EQ(Imf::adoptedNeutral(file.header()).y, .5f);
   EXPECT_EQ(Imf::worldToCamera(file.header())[3][1], 13);
   EXPECT_EQ(Imf::owner(file.header()), "Studio");
   const absl::StatusOr<Image> facts = read_exr_facts(directory / "a.exr");
   ASSERT_TRUE(facts.ok()) << facts.status();
-  for (const char* same : {"framesPerSecond", "timeCode", "worldToCamera"})
+  for (const char* same : {"framesPerSecond", "timeCode", "worldToCamera", "adoptedNeutral"})
     EXPECT_EQ(facts->metadata.at(same), image.metadata.at(same)) << same;
   EXPECT_EQ(std::get<std::string>(facts->metadata.at("cryptomatte/0123456/name")), "ViewLayer.CryptoObject");
   EXPECT_EQ(facts->display, image.display);

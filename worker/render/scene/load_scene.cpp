@@ -23,6 +23,7 @@
 #include "render/scene/scene_content.h"
 #include "render/scene/sharing_pilot.h"
 #include "render/scene/view/layers.h"
+#include "render/scene/view/lens.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
 #include "wire/aov_channels.h"
@@ -201,6 +202,8 @@ class BuiltScene final : public RenderScene {
     }
     if (std::string unseen = self->unseen_light(self->traits_.name); !unseen.empty())
       self->warnings_.push_back(std::move(unseen));
+    if (std::string dark = dark_film_warning(scene.camera(), self->tables_.sensor); !dark.empty())
+      self->warnings_.push_back(std::move(dark));
     self->prepare_alone();
     self->find_group(stop);
     return self;

@@ -26,6 +26,7 @@
 #include "render/scene/view/view.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
+#include "wire/exposure.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::render {
@@ -362,8 +363,13 @@ std::vector<SceneFault> find_job_faults(const v1::Scene& scene, const v1::JobSpe
     SceneTables tables(unused);
     const RenderSpace space = render_space_about(*origin);
     set_view(scene, job, settings, space, blobs, tables, faults);
-    for (int i = 0; i < scene.views_size(); ++i)
-      check_camera(scene.views(i), absl::StrCat("view ", i + 1), job, settings, space, blobs, faults);
+    // Faults of the film were told with the first camera.
+    const bool exposure_is_sound = wire::film_exposure(scene.film(), job.view().exposure()).ok();
+    for (int i = 0; i < scene.views_size(); ++i) {
+      const std::string place = absl::StrCat("view ", i + 1);
+      if (check_camera(scene.views(i), place, job, settings, space, blobs, faults) && exposure_is_sound)
+        check_exposure(scene, scene.views(i), place, job, faults);
+    }
   }
   check_counts(scene, settings, blobs, faults);
   return faults.take();

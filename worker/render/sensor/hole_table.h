@@ -7,10 +7,11 @@
 
 namespace tessera::render {
 
-/// Light of a point of the scene is spread over the film: where it falls, in units of the hole's radius as
-/// the point throws its shadow there, and from the middle of that, is a radius of which this many quantiles
-/// are kept for each wavelength.
-inline constexpr std::int32_t kHoleNodes = 1025;
+/// Light of a point of the scene is spread over the film around the middle of the shadow that it throws of
+/// the hole. Parts of the light within radii, in units of the shadow's, are told for this many radii: from 0
+/// to HoleTable::reach in even steps, and from there in even steps of 1 / radius to infinity.
+inline constexpr std::int32_t kHoleNearSteps = 960, kHoleFarSteps = 64;
+inline constexpr std::int32_t kHoleNodes = kHoleNearSteps + kHoleFarSteps + 1;
 
 struct HoleTable {
   float radius = 0;  // of the hole, units of sensor space
@@ -18,9 +19,9 @@ struct HoleTable {
   // by `inward` towards the axis to meet, at the distance that is sharp to the table, one from its middle.
   float spread = 0, inward = 0;
   float weight = 1;  // of rays, times cos^4
-  // Quantiles u of the radius, each times (1 - u) / sqrt(u), which is finite; evenly spaced. Empty: light
-  // goes straight, and the spread is a disk.
-  std::vector<float> quantiles;
+  // For wavelengths that are evenly spaced: kHoleNodes parts of the light, and the reach of their radii.
+  // Empty: light goes straight, and is spread evenly over the shadow.
+  std::vector<float> light, reach;
   std::int32_t wavelengths = 1;
   float first_nm = 0, wavelengths_per_nm = 0;
 };

@@ -6,8 +6,10 @@
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "render/scene/view/lens.h"
 #include "render/scene/view/sensor.h"
 #include "render/scene/view/view.h"
+#include "render/sensor/hole_table.h"
 #include "render/sensor/lens_table.h"
 #include "unit/render/scene/builder_inputs.h"
 
@@ -118,6 +120,72 @@ TEST(BuildSensor, FisheyesSpanTheirFieldByTheirMapping) {
   EXPECT_THAT(refusal("fisheye { fov_degrees: 90 circle_degrees: -1 }"), HasSubstr("a circle of -1 degrees"));
 }
 
+TEST(BuildSensor, PinholesAndLensesHaveAFilmOfTheirGauge) {
+  // 2 : 1 on 96 x 120 mm, turned: 120 x 60 mm, seen from 60 mm.
+  const auto hole = sensor_of("pinhole { hole_mm: 0.3 film_distance_mm: 60 film_gauge: '4x5' }");
+  ASSERT_TRUE(hole.ok()) << hole.status();
+  EXPECT_EQ(hole->kind, SensorKind::kHole);
+  EXPECT_FLOAT_EQ(hole->offset_y, 30.0f / 60);
+  EXPECT_FLOAT_EQ(hole->scale_x, 120.0f / 60 / 200);
+  EXPECT_FALSE(hole->disperses);
+  EXPECT_FLOAT_EQ(hole->hole->radius, 0.15e-3f);
+  EXPECT_EQ(hole->hole->light.size(), static_cast<std::size_t>(kHoleNodes));
+  const auto straight = sensor_of("pinhole { hole_mm: 0.3 film_distance_mm: 60 diffraction: STRAIGHT }");
+  ASSERT_TRUE(straight.ok());
+  EXPECT_TRUE(straight->hole->light.empty());
+  const auto spectral = build_sensor(message<v1::Camera>("pinhole { hole_mm: 0.3 film_distance_mm: 60 }"),
+                                     kFilm, render_space_about({0, 0, 0}), kSurfacesAlone, true);
+  ASSERT_TRUE(spectral.ok());
+  EXPECT_TRUE(spectral->disperses);
+  const auto by_focal_length = sensor_of("perspective { focal_length_mm: 50 film_gauge: 'full-frame' }");
+  ASSERT_TRUE(by_focal_length.ok());
+  EXPECT_FLOAT_EQ(by_focal_length->offset_y, 9.0f / 50);
+}
+
+TEST(BuildSensor, TellsAllThatIsWrongWithAHole) {
+  EXPECT_EQ(
+      refusal(
+          "pinhole { hole_mm: -1 film_distance_mm: 0 scene_distance: -2 wavelength_nm: 20 units_per_mm: nan "
+          "film_gauge: '4x6' }")
+          .substr(0, 8),
+      "camera: ");
+  for (const char* const fault :
+       {"a hole of -1 mm is not possible", "a distance of the film of 0 mm is not possible",
+        "at a distance of -2", "a wavelength of 20 nm is not in 300 to 1000 nm", "is not nan units",
+        "did you mean '4x5'?"}) {
+    EXPECT_THAT(refusal("pinhole { hole_mm: -1 film_distance_mm: 0 scene_distance: -2 wavelength_nm: 20 "
+                        "units_per_mm: nan film_gauge: '4x6' }"),
+                HasSubstr(fault));
+  }
+  EXPECT_THAT(refusal("pinhole { hole_mm: 60 film_distance_mm: 50 }"),
+              HasSubstr("a hole of 60 mm is larger than its distance from the film, 50 mm"));
+}
+
+/// A singlet behind a stop in a long tube: no light reaches places that the tube hides.
+TEST(DarkFilm, IsToldWithFigures) {
+  const std::string lens =
+      "lens { lens { surfaces { stop: true diameter_mm: 10 thickness_mm: 1 }"
+      "surfaces { radius_mm: 100 thickness_mm: 2 diameter_mm: 24 index: 1.5 }"
+      "surfaces { radius_mm: -100 thickness_mm: 60 diameter_mm: 24 }"
+      "surfaces { thickness_mm: 40 diameter_mm: 24 } } film_diagonal_mm: ";
+  const auto warning = [&](const std::string& diagonal) {
+    const auto camera = message<v1::Camera>(lens + diagonal + " }");
+    const auto sensor = build_sensor(camera, {300, 200}, render_space_about({0, 0, 0}), kSurfacesAlone);
+    EXPECT_TRUE(sensor.ok()) << sensor.status();
+    return sensor.ok() ? dark_film_warning(camera, *sensor) : "";
+  };
+  EXPECT_EQ(warning("20"), "");
+  const std::string wide = warning("100");
+  EXPECT_THAT(wide, HasSubstr("its corners are 50 mm from there"));
+  // The last ray goes from the stop's edge to the tube's opposite one, and on, but for what the lens bends.
+  double edge = 0;
+  const std::size_t at = wide.find("beyond ");
+  ASSERT_NE(at, std::string::npos) << wide;
+  edge = std::stod(wide.substr(at + 7));
+  EXPECT_GT(edge, 20);
+  EXPECT_LT(edge, 34);
+}
+
 TEST(BuildSensor, CylindersSpanTheirFieldAcrossTheFilm) {
   const auto camera = sensor_of("cylindrical { fov_degrees: 360 }");
   ASSERT_TRUE(camera.ok()) << camera.status();
@@ -193,9 +261,17 @@ TEST(SetView, LeavesTheCamerasMediumToTheContent) {
   EXPECT_EQ(tables.sensor.response.exposure, 2);
   EXPECT_EQ(tables.sampler.seed, 5u);
   EXPECT_EQ(tables.max_depth, 2);
+  const auto photographed = message<v1::Scene>(
+      "camera { orthographic {} } film { photographic_exposure { f_number: 8 shutter_seconds: 0.01 iso: 200 "
+      "} }");
+  ASSERT_EQ(set_view(photographed, job, read_settings(job), render_space_about({0, 0, 0}), tables),
+            absl::OkStatus());
+  EXPECT_FLOAT_EQ(tables.sensor.response.exposure,
+                  static_cast<float>(0.018 * 200 * 0.01 * std::numbers::pi / 4 / 64));
   const auto dark = message<v1::Scene>("camera { orthographic {} } film { exposure: nan }");
   EXPECT_THAT(
-      std::string(set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), {}, tables).message()),
+      std::string(
+          set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), {}, tables).message()),
       HasSubstr("film: the exposure is not finite"));
 }
 

@@ -69,7 +69,7 @@ TESSERA_MEMBERS(Response, exposure, sensitivity)
 TESSERA_MEMBERS(LensTable, aperture, tilt, surfaces, coefficients, edges, ratios, wavelengths, first_nm,
                 wavelengths_per_nm, film_distance, units_per_mm, pupil_z, rings, cells_x, cells_y,
                 cells_per_mm_x, cells_per_mm_y, first_x, first_y, pupil, weight)
-TESSERA_MEMBERS(HoleTable, radius, spread, inward, weight, quantiles, wavelengths, first_nm,
+TESSERA_MEMBERS(HoleTable, radius, spread, inward, weight, light, reach, wavelengths, first_nm,
                 wavelengths_per_nm)
 TESSERA_MEMBERS(DistortionTable, smooth, grid, nodes, start_grid, starts, near)
 TESSERA_MEMBERS(ShutterTable, knots, rows, from_last, across, duration)

@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "optics/pupil.h"
 #include "wire/lens_message.h"
 
@@ -113,6 +115,26 @@ class TableBuilder {
   const optics::LensSystem& lens_;
 };
 
+/// The distance from the middle of the film, between these, beyond which no light reaches it.
+double edge_of_light(const optics::LensSystem& lens, double inside, double outside) {
+  constexpr int kHalvings = 10;
+  for (int i = 0; i < kHalvings; ++i) {
+    const double middle = (inside + outside) / 2;
+    const bool is_lit = !optics::pupil_outline(lens, {middle, 0}, optics::kLineD, {0, 0}).empty();
+    (is_lit ? inside : outside) = middle;
+  }
+  return outside;
+}
+
+/// The rectangle of the film that a point is in, of lenses that are not round.
+std::int32_t cell_of(const LensTable& table, double x, double y) {
+  const auto index = [](double at, double per_mm, std::int32_t count) {
+    return std::clamp(static_cast<std::int32_t>(at * per_mm), 0, count - 1);
+  };
+  return index(y - table.first_y, table.cells_per_mm_y, table.cells_y) * table.cells_x +
+         index(x - table.first_x, table.cells_per_mm_x, table.cells_x);
+}
+
 }  // namespace
 
 absl::StatusOr<FocusedLens> focus_lens(const v1::LensCamera& camera) {
@@ -145,6 +167,46 @@ std::shared_ptr<const LensTable> lens_table(const v1::LensCamera& camera, const 
       camera.brightness() == v1::LensCamera::IRRADIANCE ? 1 : optics::axial_irradiance(lens.system);
   table.weight = static_cast<float>(1 / (double{table.pupil_z} * table.pupil_z * middle));
   return std::make_shared<const LensTable>(std::move(table));
+}
+
+std::string dark_film_warning(const v1::Camera& camera, const SensorRecord& sensor) {
+  if (sensor.kind != SensorKind::kLensSystem) return "";
+  const LensTable& table = *sensor.lens;
+  const auto is_dark = [&](std::int32_t cell) {
+    return table.pupil[static_cast<std::size_t>((cell + 1) * kPupilNodes - 1)].area_before == 0;
+  };
+  double edge = std::numeric_limits<double>::infinity();  // round lenses are dark from there on
+  if (table.rings) {
+    std::int32_t first = 0;
+    while (first < table.cells_x && !is_dark(first)) ++first;
+    if (first == table.cells_x) return "";
+    const auto lens = focus_lens(camera.lens());
+    if (!lens.ok()) return "";
+    edge = edge_of_light(lens->system, (first - 1) / double{table.cells_per_mm_x},
+                         first / double{table.cells_per_mm_x});
+  }
+  constexpr int kSteps = 256;
+  int dark = 0;
+  double nearest = edge, corner = 0;
+  for (int i = 0; i <= kSteps * kSteps + 2 * kSteps; ++i) {
+    const int column = i % (kSteps + 1), row = i / (kSteps + 1);
+    const auto mm = [&](double step, double scale, double offset, std::int32_t pixels) {
+      return (step / kSteps * pixels * scale + offset) * table.film_distance;
+    };
+    const double x = mm(column, sensor.scale_x, sensor.offset_x, sensor.width),
+                 y = mm(row, sensor.scale_y, sensor.offset_y, sensor.height);
+    const double radius = std::hypot(x, y);
+    corner = std::max(corner, radius);
+    const bool is_dark_there = table.rings ? radius > edge : is_dark(cell_of(table, -x, -y));
+    if (!is_dark_there) continue;
+    ++dark;
+    nearest = std::min(nearest, radius);
+  }
+  if (dark == 0) return "";
+  return absl::StrFormat(
+      "camera: the film is wider than the circle of light that the lens casts: nothing reaches it beyond "
+      "%.3g mm from its middle, its corners are %.3g mm from there, and %.2g %% of the picture are black",
+      nearest, corner, 100.0 * dark / ((kSteps + 1) * (kSteps + 1)));
 }
 
 }  // namespace tessera::render

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "optics/lens_system.h"
@@ -24,5 +25,9 @@ absl::StatusOr<FocusedLens> focus_lens(const v1::LensCamera& camera);
 /// SensorRecord::disperses is not set, indices are those at the Fraunhofer line D, as with all materials.
 std::shared_ptr<const LensTable> lens_table(const v1::LensCamera& camera, const FocusedLens& lens,
                                             const SensorRecord& sensor);
+
+/// The warning where a film is wider than the circle of light that the lens casts, with figures; else empty.
+/// `sensor` is what the camera has become, of whatever kind.
+std::string dark_film_warning(const v1::Camera& camera, const SensorRecord& sensor);
 
 }  // namespace tessera::render

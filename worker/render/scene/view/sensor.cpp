@@ -15,11 +15,12 @@
 #include "render/scene/values/located.h"
 #include "render/scene/view/all_around.h"
 #include "render/scene/view/distortion.h"
+#include "render/scene/view/hole.h"
 #include "render/scene/view/lens.h"
 #include "render/scene/view/shutter.h"
 #include "render/scene/view/viewpoint.h"
 #include "render/sensor/lens_table.h"
-#include "wire/lens_message.h"
+#include "wire/film_format.h"
 
 namespace tessera::render {
 
@@ -160,12 +161,29 @@ absl::Status set_fisheye(const v1::Camera& camera, FilmSize film, SensorRecord& 
   return set_screen(camera, film, *half_side, record);
 }
 
+/// Half of the film's shorter side. `camera`: a message that has a film's diagonal and gauge.
+template <class CameraKind>
+double half_film_mm(const CameraKind& camera, FilmSize film) {
+  const optics::FilmSize size =
+      wire::film_size(camera, {static_cast<double>(film.width), static_cast<double>(film.height)});
+  return std::min(size.width, size.height) / 2;
+}
+
+absl::Status set_hole(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
+  const v1::PinholeCamera& pinhole = camera.pinhole();
+  if (auto s = check_hole(pinhole); !s.ok()) return located(s, "camera");
+  const double half_side = half_film_mm(pinhole, film) / pinhole.film_distance_mm();
+  if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
+  record.kind = SensorKind::kHole;
+  record.hole = hole_table(pinhole, spectral);
+  record.disperses = record.hole->wavelengths > 1;
+  return absl::OkStatus();
+}
+
 absl::Status set_lens_system(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
   const auto lens = focus_lens(camera.lens());
   if (!lens.ok()) return located(lens.status(), "camera");
-  const double diagonal = std::hypot(film.width, film.height), shorter = std::min(film.width, film.height);
-  const double half_side =
-      wire::film_diagonal_mm(camera.lens()) / 2 * shorter / diagonal / lens->film_distance;
+  const double half_side = half_film_mm(camera.lens(), film) / lens->film_distance;
   if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
   record.kind = SensorKind::kLensSystem;
   record.disperses = spectral && lens->system.disperses();
@@ -225,11 +243,10 @@ absl::Status set_tilt(const v1::LensTilt& tilt, SensorRecord& record) {
 
 absl::Status set_perspective(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
   const v1::PerspectiveCamera& perspective = camera.perspective();
-  const double fov = perspective.fov_degrees();
-  if (!(fov > 0 && fov < 180)) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("camera: a field of view of ", fov, " degrees is not in (0, 180)"));
-  }
+  if (const auto fault = wire::field_fault(perspective))
+    return absl::InvalidArgumentError(absl::StrCat("camera: ", *fault));
+  const double fov =
+      wire::field_of_view(perspective, {static_cast<double>(film.width), static_cast<double>(film.height)});
   const double half_side = std::tan(fov * std::numbers::pi / 360);
   if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
   if (auto s = set_lens(perspective, record); !s.ok()) return s;
@@ -247,6 +264,8 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
       return set_lens(camera.orthographic(), record);
     case v1::Camera::kLens:
       return set_lens_system(camera, film, spectral, record);
+    case v1::Camera::kPinhole:
+      return set_hole(camera, film, spectral, record);
     case v1::Camera::kFisheye:
       return set_fisheye(camera, film, record);
     case v1::Camera::kCylindrical:

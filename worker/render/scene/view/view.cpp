@@ -6,6 +6,7 @@
 
 #include "render/scene/view/sensitivity.h"
 #include "render/sensor/footprint_record.h"
+#include "wire/exposure.h"
 #include "wire/film_sensor.h"
 #include "wire/pixel_filter.h"
 #include "wire/scene_views.h"
@@ -57,6 +58,21 @@ std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::st
   return *std::move(sensor);
 }
 
+float check_exposure(const v1::Scene& scene, const v1::Camera& camera, const std::string& place,
+                     const v1::JobSpec& job, FaultList& faults) {
+  const auto exposure = wire::film_exposure(scene.film(), job.view().exposure());
+  if (!faults.add(scene.film(), "film", exposure.status())) return 1;
+  const auto scale = wire::exposure_scale(*exposure, camera);
+  if (!faults.add(camera, place, scale.status())) return 1;
+  const auto single = static_cast<float>(*scale);
+  if (!std::isfinite(single))
+    faults.add(scene.film(), "film", absl::InvalidArgumentError("the exposure is not finite"));
+  if (single == 0 && exposure->photographic)
+    faults.add(scene.film(), "film",
+               absl::InvalidArgumentError("the exposure is so short that all is black"));
+  return single;
+}
+
 absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
                       const RenderSpace& space, const BlobSource& blobs, SceneTables& tables) {
   FaultList faults(1);
@@ -70,6 +86,9 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
     const std::int32_t medium = tables.sensor.medium;  // belongs to the content
     tables.sensor = *std::move(sensor);
     tables.sensor.medium = medium;
+    tables.sensor.response.exposure = check_exposure(scene, scene.camera(), "camera", job, faults);
+  } else {
+    faults.add(scene.film(), "film", wire::film_exposure(scene.film(), job.view().exposure()).status());
   }
   const auto check_film = [&](const absl::Status& status) {
     return faults.add(scene.film(), "film", status);
@@ -80,9 +99,6 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
   auto filter = build_filter(scene.film().filter());
   if (check_film(filter.status())) tables.filter = *std::move(filter);
   Response& response = tables.sensor.response;
-  response.exposure = scene.film().has_exposure() ? scene.film().exposure() : 1.0f;
-  if (!std::isfinite(response.exposure))
-    check_film(absl::InvalidArgumentError("film: the exposure is not finite"));
   if (settings.spectral) {
     const auto asked = wire::film_sensor_of(job.view());
     auto sensitivity = asked.ok() ? build_sensitivity(*asked, scene.film()) : asked.status();

@@ -13,28 +13,34 @@ namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
-/// The radius, in the table's unit, below which this part of the light of a point falls.
-Float radius_at(const HoleTable& hole, Float part, Float root_of_part, Float nm) {
-  const Float left = max(1.0f - part, 1e-7f);
-  const float* const quantiles = hole.quantiles.data();
-  const Float place = min(part * static_cast<float>(kHoleNodes - 1), static_cast<float>(kHoleNodes - 1));
-  const Int node = min(to_int(place), kHoleNodes - 2);
-  const Float along = place - to_float(node);
-  const auto between = [](Float t, Float a, Float b) { return fma(t, b - a, a); };
-  const auto read = [&](Int row) {
-    const Int at = row * kHoleNodes + node;
-    return between(along, gather(quantiles, at, Mask::all()), gather(quantiles + 1, at, Mask::all()));
-  };
-  Float scaled;
-  if (hole.wavelengths == 1) {
-    scaled = read(Int(0));
-  } else {
-    const Float row_place =
-        clamp((nm - hole.first_nm) * hole.wavelengths_per_nm, 0.0f, static_cast<float>(hole.wavelengths - 1));
-    const Int row = min(to_int(row_place), hole.wavelengths - 2);
-    scaled = between(row_place - to_float(row), read(row), read(row + 1));
+/// The radius, in the table's unit, within which a part of the light falls at the wavelength of a row.
+Float radius_in_row(const HoleTable& hole, Float part, Int row) {
+  const float* const light = hole.light.data();
+  const Int first = row * kHoleNodes;
+  static_assert(kHoleNodes == 1025);
+  Int low = first;
+  for (std::int32_t step = kHoleNodes / 2; step > 0; step /= 2) {
+    const Int middle = low + step;
+    low = select(gather(light, middle, Mask::all()) <= part, middle, low);
   }
-  return scaled * root_of_part / left;
+  const Float before = gather(light, low, Mask::all()), behind = gather(light, low + 1, Mask::all());
+  const Float along = clamp((part - before) / max(behind - before, 1e-30f), 0.0f, 1.0f);
+  const Float node = to_float(low - first), reach = gather(hole.reach.data(), row, Mask::all());
+  // Near the middle, light is even between two radii; far outside, it falls as 1 / radius^3.
+  const Float inside = node * (1.0f / kHoleNearSteps), outside = inside + 1.0f / kHoleNearSteps;
+  const Float near = sqrt(fma(along, sqr(outside) - sqr(inside), sqr(inside)));
+  const Float inverse = (static_cast<float>(kHoleNodes - 1) - node - along) * (1.0f / kHoleFarSteps);
+  return reach * select(node < static_cast<float>(kHoleNearSteps), near, 1.0f / max(inverse, 1e-6f));
+}
+
+/// The same between two wavelengths of the table.
+Float radius_at(const HoleTable& hole, Float part, Float nm) {
+  if (hole.wavelengths == 1) return radius_in_row(hole, part, Int(0));
+  const Float place =
+      clamp((nm - hole.first_nm) * hole.wavelengths_per_nm, 0.0f, static_cast<float>(hole.wavelengths - 1));
+  const Int row = min(to_int(place), hole.wavelengths - 2);
+  const Float low = radius_in_row(hole, part, row), high = radius_in_row(hole, part, row + 1);
+  return fma(place - to_float(row), high - low, low);
 }
 
 /// A way through the hole.
@@ -44,8 +50,7 @@ struct HoleWay {
 };
 HoleWay way_through(const HoleTable& hole, Vec2 u_lens, Float nm) {
   const Polar disk = square_to_disk_polar(u_lens);
-  const Float radius =
-      hole.quantiles.empty() ? disk.radius : radius_at(hole, sqr(disk.radius), disk.radius, nm);
+  const Float radius = hole.light.empty() ? disk.radius : radius_at(hole, sqr(disk.radius), nm);
   const Float within = min(radius, 1.0f);
   const Float turn = radius * hole.spread - within * hole.inward, out = within * hole.radius;
   const Float c = cos(disk.angle), s = sin(disk.angle);
