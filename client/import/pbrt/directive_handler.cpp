@@ -273,10 +273,7 @@ void DirectiveHandler::light_source(const std::string& type, std::vector<Paramet
                                     SourceLocation where) {
   if (!require_world("LightSource", where)) return;
   ParameterList all = list("light", type, std::move(parameters), where, "light");
-  if (state_.ctm.moves()) {
-    context_.diagnostics.warning(where, "lights do not move: this one stands where it is at the start");
-  }
-  add_light(context_, textures_, type, all, state_.ctm.start);
+  add_light(context_, textures_, type, all, during_exposure(state_.ctm));
 }
 
 void DirectiveHandler::area_light_source(const std::string& type, std::vector<Parameter> parameters,

@@ -140,7 +140,9 @@ class DirectiveHandler {
                          const std::function<void(v1::Csg&)>& group);
   void keep_operand(v1::Shape message, PendingShape pending);
 
-  MovingTransform during_exposure(const MovingTransform& moving) const;
+  /// The camera's, which stands before whatever moves.
+  const ShutterTimes& shutter();
+  MovingTransform during_exposure(const MovingTransform& moving);
   void place_shapes();
   void place_instances();
   void place_camera();
@@ -185,7 +187,7 @@ class DirectiveHandler {
   Directive integrator_{"volpath", {}};
   MovingTransform camera_from_world_;
   double transform_times_[2] = {0, 1};
-  ShutterTimes shutter_;
+  std::optional<ShutterTimes> shutter_;
 };
 
 }  // namespace tessera::client::pbrt

@@ -48,14 +48,20 @@ void run(MeshJob& job) {
 
 }  // namespace
 
-MovingTransform DirectiveHandler::during_exposure(const MovingTransform& moving) const {
+const ShutterTimes& DirectiveHandler::shutter() {
+  if (!shutter_) shutter_ = read_shutter(context_, camera_);
+  return *shutter_;
+}
+
+MovingTransform DirectiveHandler::during_exposure(const MovingTransform& moving) {
   if (!moving.moves()) return moving;
   MovingTransform result;
-  result.start = interpolated(moving, shutter_.open, transform_times_[0], transform_times_[1]);
-  result.end = interpolated(moving, shutter_.close, transform_times_[0], transform_times_[1]);
-  if (const double open_for = shutter_.close - shutter_.open; open_for > 0) {
-    result.begins = std::clamp((transform_times_[0] - shutter_.open) / open_for, 0.0, 1.0);
-    result.ends = std::clamp((transform_times_[1] - shutter_.open) / open_for, 0.0, 1.0);
+  const ShutterTimes& times = shutter();
+  result.start = interpolated(moving, times.open, transform_times_[0], transform_times_[1]);
+  result.end = interpolated(moving, times.close, transform_times_[0], transform_times_[1]);
+  if (const double open_for = times.close - times.open; open_for > 0) {
+    result.begins = std::clamp((transform_times_[0] - times.open) / open_for, 0.0, 1.0);
+    result.ends = std::clamp((transform_times_[1] - times.open) / open_for, 0.0, 1.0);
   }
   return result;
 }
@@ -221,14 +227,13 @@ void DirectiveHandler::finish() {
   }
   if (!in_world_) context_.diagnostics.error({0, 0, 0}, "expected WorldBegin before the end of the file");
   close_curves();
-  shutter_ = read_shutter(context_, camera_);
   place_instances();
   place_shapes();
   load_meshes();
   resolve_materials_and_textures();
   resolve_powers();
   add_media();
-  write_film(context_, film_, shutter_.close - shutter_.open);
+  write_film(context_, film_, shutter().close - shutter().open);
   write_filter(context_, filter_);
   place_camera();
   write_camera(context_, camera_, film_);

@@ -15,7 +15,8 @@ struct LightInput {
   SceneTextures& textures;
   ParameterList& parameters;
   const Imath::M44d& world_from_light;
-  double scale;  // scale of the result, so far
+  const Imath::M44d* world_from_light_end;  // when the shutter closes; null: it does not move
+  double scale;                             // scale of the result, so far
 
   Diagnostics& diagnostics() { return context.diagnostics; }
   double get_float(std::string_view name, double fallback) {
@@ -40,6 +41,8 @@ void write_point_light(LightInput& in, v1::Light& light) {
   *light.mutable_point()->mutable_intensity() = in.spectrum("I");
   const Imath::V3d from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
   write_point(from * in.world_from_light, *light.mutable_point()->mutable_position());
+  if (in.world_from_light_end != nullptr)
+    write_point(from * *in.world_from_light_end, *light.mutable_point()->mutable_position_end());
   // `power` in lumens replaces the intensity: spread over the whole sphere.
   const double power = in.get_float("power", -1);
   if (power > 0) in.scale *= power / (4 * std::numbers::pi);
@@ -109,7 +112,10 @@ void write_projection(LightInput& in, v1::Light& light) {
   projection.set_texture(
       light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   // pbrt's image has its left upper corner at smallest x and largest y, ours at the opposite.
-  write_matrix(scaling(-1, -1, 1) * in.world_from_light, *projection.mutable_world_from_light());
+  const Imath::M44d turned = scaling(-1, -1, 1);
+  write_matrix(turned * in.world_from_light, *projection.mutable_world_from_light());
+  if (in.world_from_light_end != nullptr)
+    write_all_elements(turned * *in.world_from_light_end, *projection.mutable_world_from_light_end());
   if (power > 0)
     in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
 }
@@ -139,6 +145,8 @@ void write_goniometric(LightInput& in, v1::Light& light) {
   // Its map has y and z the other way round.
   const Imath::M44d swap_yz(1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
   write_matrix(swap_yz * in.world_from_light, *goniometric.mutable_world_from_light());
+  if (in.world_from_light_end != nullptr)
+    write_all_elements(swap_yz * *in.world_from_light_end, *goniometric.mutable_world_from_light_end());
   if (power > 0) in.scale *= power / (4 * std::numbers::pi * mean);
 }
 
@@ -151,6 +159,10 @@ void write_spot(LightInput& in, v1::Light& light) {
     in.diagnostics().error(in.parameters.where(), "spot light: \"from\" and \"to\" are the same point");
   write_point(from * in.world_from_light, *spot.mutable_position());
   write_point(to * in.world_from_light, *spot.mutable_target());
+  if (in.world_from_light_end != nullptr) {
+    write_point(from * *in.world_from_light_end, *spot.mutable_position_end());
+    write_point(to * *in.world_from_light_end, *spot.mutable_target_end());
+  }
   const double cone = in.get_float("coneangle", 30), delta = in.get_float("conedeltaangle", 5);
   spot.set_cone_angle_degrees(static_cast<float>(cone));
   spot.set_cone_delta_degrees(static_cast<float>(delta));
@@ -168,14 +180,20 @@ void write_distant(LightInput& in, v1::Light& light) {
   const Imath::V3d from = in.parameters.get_point("from", {0, 0, 0}, in.diagnostics());
   const Imath::V3d to = in.parameters.get_point("to", {0, 0, 1}, in.diagnostics());
   // pbrt: the light lies towards from - to, and so it travels along to - from.
-  const Imath::V3d along = transformed_vector(to - from, in.world_from_light);
-  const double length = std::hypot(along[0], along[1], along[2]);
-  if (!(length > 0)) {
-    in.diagnostics().error(in.parameters.where(), "distant light: \"from\" and \"to\" are the same point");
+  const auto write_along = [&](const Imath::M44d& world_from_light, v1::Point3& direction) {
+    const Imath::V3d along = transformed_vector(to - from, world_from_light);
+    const double length = std::hypot(along[0], along[1], along[2]);
+    if (!(length > 0)) {
+      in.diagnostics().error(in.parameters.where(), "distant light: \"from\" and \"to\" are the same point");
+      return false;
+    }
+    write_point({along[0] / length, along[1] / length, along[2] / length}, direction);
+    return true;
+  };
+  if (!write_along(in.world_from_light, *light.mutable_distant()->mutable_direction())) return;
+  if (in.world_from_light_end != nullptr &&
+      !write_along(*in.world_from_light_end, *light.mutable_distant()->mutable_direction_end()))
     return;
-  }
-  write_point({along[0] / length, along[1] / length, along[2] / length},
-              *light.mutable_distant()->mutable_direction());
   const double illuminance = in.get_float("illuminance", -1);
   if (illuminance > 0) in.scale *= illuminance;
 }
@@ -239,6 +257,12 @@ void write_infinite(LightInput& in, v1::Light& light) {
   *infinite.mutable_image() = *std::move(blob);
   infinite.set_mapping(v1::InfiniteLight::EQUAL_AREA_OCTAHEDRAL);
   write_matrix(in.world_from_light, *infinite.mutable_world_from_light());
+  if (in.world_from_light_end == nullptr) return;
+  if (infinite.portal().empty()) {
+    write_all_elements(*in.world_from_light_end, *infinite.mutable_world_from_light_end());
+  } else {
+    in.warn("infinite light: with a portal it does not move: it stands as it is at the start");
+  }
 }
 
 struct LightType {
@@ -253,10 +277,14 @@ constexpr LightType kLightTypes[] = {{"point", write_point_light},       {"spot"
 }  // namespace
 
 void add_light(Context& context, SceneTextures& textures, const std::string& type, ParameterList& parameters,
-               const Imath::M44d& world_from_light) {
+               const MovingTransform& world_from_light) {
   for (const LightType& known : kLightTypes) {
     if (known.name != type) continue;
-    LightInput in{context, textures, parameters, world_from_light,
+    LightInput in{context,
+                  textures,
+                  parameters,
+                  world_from_light.start,
+                  world_from_light.moves() ? &world_from_light.end : nullptr,
                   parameters.get_float("scale", 1, context.diagnostics)};
     v1::Light light;
     known.write(in, light);

@@ -8,8 +8,9 @@
 namespace tessera::client::pbrt {
 
 /// Adds a light of `type` ("distant", "infinite", "point", "spot", "projection", "goniometric") to the scene.
+/// `world_from_light` is for the two ends of the exposure.
 void add_light(Context& context, SceneTextures& textures, const std::string& type, ParameterList& parameters,
-               const Imath::M44d& world_from_light);
+               const MovingTransform& world_from_light);
 
 /// A diffuse emitter, before it is bound to a shape.
 struct AreaLightInput {

@@ -250,6 +250,29 @@ TEST_F(PbrtScene, NamesWhatIsMissing) {
   EXPECT_THAT(warnings_of(scene), HasSubstr("its transformation is singular"));
 }
 
+TEST_F(PbrtScene, LightsMoveWithinTheExposure) {
+  // By 8 along x from time 0 to 2; the shutter is open from 0.5 to 1: from x = 2 to x = 4.
+  const auto result = import_text(
+      "TransformTimes 0 2\nCamera \"perspective\" \"float shutteropen\" .5 \"float shutterclose\" 1\n"
+      "WorldBegin\nActiveTransform EndTime Translate 8 0 0 ActiveTransform All\n"
+      "LightSource \"point\" \"point3 from\" [0 1 0]\n"
+      "LightSource \"spot\" \"point3 from\" [0 2 0] \"point3 to\" [0 0 0]\n"
+      "LightSource \"distant\"\nLightSource \"infinite\"\nLightSource \"goniometric\"\n"
+      "AreaLightSource \"diffuse\" Shape \"sphere\"\n");
+  ASSERT_TRUE(result.ok()) << result.status();
+  const v1::Scene& scene = result->scene;
+  EXPECT_EQ(scene.lights(0).point().position().x(), 2);
+  EXPECT_EQ(scene.lights(0).point().position_end().x(), 4);
+  EXPECT_EQ(scene.lights(0).point().position_end().y(), 1);
+  EXPECT_EQ(scene.lights(1).spot().target().x(), 2);
+  EXPECT_EQ(scene.lights(1).spot().position_end().x(), 4);
+  EXPECT_EQ(scene.lights(1).spot().target_end().x(), 4);
+  EXPECT_EQ(scene.lights(2).distant().direction_end().z(), 1);
+  EXPECT_THAT(column3(scene.lights(4).goniometric().world_from_light_end()), ElementsAre(4, 0, 0));
+  EXPECT_THAT(column3(scene.shapes(0).world_from_object_end()), ElementsAre(4, 0, 0));
+  EXPECT_EQ(warnings_of(*result).find("move"), std::string::npos);
+}
+
 TEST_F(PbrtScene, MediaFollowTheGraphicsState) {
   const auto result = import_text(
       "MakeNamedMedium \"air\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [ 1 2 3 ] \"rgb sigma_s\" [ 3 "

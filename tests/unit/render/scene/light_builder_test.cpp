@@ -67,6 +67,27 @@ class LightBuilderTest : public testing::Test {
   LightTable table_;
 };
 
+TEST_F(LightBuilderTest, LightsThatMoveStandInTheirOwnSpaceToo) {
+  ASSERT_EQ(
+      add("lights { point { intensity { constant: 1 } } } lights { point { position { x: 5 } "
+          "position_end { x: 7 } intensity { constant: 3 } radius: 0.1 } } lights { point { intensity { "
+          "constant: 1 } position_end { } } }"),
+      absl::OkStatus());
+  ASSERT_EQ(table_.lights.size(), 3u);
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kPoint);
+  EXPECT_EQ(table_.lights[2].kind, LightKind::kPoint);  // its way ends where it begins
+  const LightRecord& light = table_.lights[1];
+  EXPECT_EQ(light.profile, 1);
+  ASSERT_NE(table_.moving, nullptr);
+  EXPECT_THAT(table_.moving->motion_of_light, ElementsAre(-1, 0, -1));
+  const LightRecord& own = table_.moving->still.lights[1];
+  EXPECT_EQ(own.kind, LightKind::kSoftPoint);
+  EXPECT_THAT(own.position, ElementsAre(0, 0, 0));
+  ASSERT_EQ(table_.moving->steps.size(), 2u);
+  EXPECT_EQ(table_.moving->steps[0].m[3], 4);
+  EXPECT_EQ(table_.moving->steps[1].m[3], 6);
+}
+
 TEST_F(LightBuilderTest, APointStandsInRenderSpace) {
   ASSERT_EQ(add("lights { point { position { x: 5 } intensity { constant: 3 } } scale: 2 }"),
             absl::OkStatus());

@@ -11,6 +11,7 @@
 #include "render/light/emission.h"
 #include "render/light/light.h"
 #include "render/light/light_access.h"
+#include "render/light/light_cone.h"
 #include "render/light/moving_lights.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -46,6 +47,7 @@ struct MovedSpace {
     const Float scale = select_or_zero(l2 > 0.0f, 1.0f / sqrt(select(l2 > 0.0f, l2, 1.0f)));
     result.normal = n * scale;
     result.roughly = from_render.roughly;
+    result.time = from_render.time;
     return result;
   }
   /// By how much solid angles about `w` in light space, a unit vector that is as long as `stretch` in render
@@ -134,21 +136,6 @@ bool is_rigid(std::span<const Affine> steps) {
                                  std::abs(dot(x, y)), std::abs(dot(y, z)), std::abs(dot(z, x))});
     return off <= kTolerance;
   });
-}
-
-/// Sets the cone about all of `directions`, each with a cone of `angle` about it; all directions where there
-/// is no narrow one.
-void set_cone(const std::vector<vec64::Vec>& directions, double angle, LightBounds& b) {
-  constexpr double kSlack = 1e-3;  // maps between two steps turn by a little more or less than rotations do
-  vec64::Vec sum = {0, 0, 0};
-  for (const vec64::Vec& d : directions) sum = sum + unit(d);
-  b.axis = unit(sum);
-  double widest = 0;
-  for (const vec64::Vec& d : directions)
-    widest = std::max(widest, std::acos(std::clamp(dot(b.axis, unit(d)), -1.0, 1.0)));
-  // Sums stay within a cone that is narrower than a half-space.
-  b.angle = widest < 0.49 * std::numbers::pi ? std::min(widest + angle + kSlack, std::numbers::pi)
-                                             : std::numbers::pi;
 }
 
 /// A light of any kind that moves. `traits` are those of the kind.

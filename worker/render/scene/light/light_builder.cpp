@@ -223,11 +223,11 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& sh
   const v1::AreaLight& light = *emitter.light;
   const auto record = read_area_light(light);
   if (!record.ok()) return record.status();
-  if (emitter.shape < shapes.world_shape_count) {
+  if (const InstanceRecord* const place = place_of_moving_shape(emitter.shape, shapes)) {
+    add_moving_area_light(emitter, *record, *place, shapes);
+  } else {
     append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
                        light.interpolated_normal_pick());
-  } else {
-    add_moving_area_light(emitter, *record, shapes);
   }
   note_curve();
   return absl::OkStatus();

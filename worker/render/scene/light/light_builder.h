@@ -77,7 +77,8 @@ class LightBuilder {
   /// `own` has its own space.
   absl::Status add_moving_light(const Motion& motion, const LightRecord& own);
   /// The lights of a shape that moves; `light` has what they share.
-  void add_moving_area_light(const Emitter& emitter, const LightRecord& light, ShapeTable& shapes);
+  void add_moving_area_light(const Emitter& emitter, const LightRecord& light, const InstanceRecord& place,
+                             ShapeTable& shapes);
   void add_moving_records(LightMotion motion, std::vector<LightRecord> own);
 
   // infinite_light.cpp
@@ -95,6 +96,9 @@ class LightBuilder {
 /// The way of a light from its own space to the world, of those at infinity that of directions alone; stands
 /// still where it does. InvalidArgument where there is none.
 absl::StatusOr<Motion> motion_of_light(const v1::Light& light);
+
+/// The instance that places a shape of the world that moves; null for other shapes.
+const InstanceRecord* place_of_moving_shape(std::int32_t shape, const ShapeTable& shapes);
 
 /// Builds what lights are chosen by, as a job asks, of a scene within a sphere of render space, once all
 /// lights are there.

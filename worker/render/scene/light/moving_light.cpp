@@ -178,20 +178,27 @@ absl::Status LightBuilder::add_moving_light(const Motion& motion, const LightRec
   return absl::OkStatus();
 }
 
-void LightBuilder::add_moving_area_light(const Emitter& emitter, const LightRecord& light,
-                                         ShapeTable& shapes) {
-  const auto instance = std::find_if(shapes.instances.begin(), shapes.instances.end(), [&](const auto& one) {
+const InstanceRecord* place_of_moving_shape(std::int32_t shape, const ShapeTable& shapes) {
+  if (shape < shapes.world_shape_count) return nullptr;
+  const auto instance = std::ranges::find_if(shapes.instances, [&](const InstanceRecord& one) {
     const ObjectRange& object = shapes.objects[static_cast<std::size_t>(one.object)];
-    return one.number == 0 && object.first_shape <= emitter.shape &&
-           emitter.shape < object.first_shape + object.shape_count;
+    return one.number == 0 && object.first_shape <= shape && shape < object.first_shape + object.shape_count;
   });
+  return instance == shapes.instances.end() ? nullptr : &*instance;
+}
+
+void LightBuilder::add_moving_area_light(const Emitter& emitter, const LightRecord& light,
+                                         const InstanceRecord& place, ShapeTable& shapes) {
+  if (emitter.light->interpolated_normal_pick() > 0 && inputs_.warnings != nullptr)
+    inputs_.warnings->push_back(
+        absl::StrCat(emitter.where, ": it moves, and emits light by its true normals alone"));
   MovingLights& all = moving();
-  // Number of its place: shapes that move stand before all instances that hold others.
+  // Shapes that move stand before all instances that hold others: the lower part of the number is all of it.
   const LightMotion motion{.first_step = static_cast<std::int32_t>(all.steps.size()),
-                           .segments = instance->segments,
-                           .instance = static_cast<std::int32_t>(instance->first_place)};
-  const auto first = shapes.motion_steps.begin() + instance->first_step;
-  all.steps.insert(all.steps.end(), first, first + instance->segments + 1);
+                           .segments = place.segments,
+                           .instance = static_cast<std::int32_t>(place.first_place)};
+  const auto first = shapes.motion_steps.begin() + place.first_step;
+  all.steps.insert(all.steps.end(), first, first + place.segments + 1);
 
   LightTable own;
   own.sources = table_.sources;
