@@ -10,9 +10,11 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "render/light/environment.h"
 #include "render/light/light.h"
 #include "render/light/light_build.h"
+#include "render/light/moving_lights.h"
 #include "support/kernel/double_point.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -50,6 +52,7 @@ struct Lamp {
   std::function<std::vector<LampHit>(Point origin, Point direction)> hits;
   Point centre;
   bool environment = false;
+  float time = 0;  // when it is looked at
 
   Lamp() {
     table.shapes = shapes.get();
@@ -235,6 +238,48 @@ inline Environment through_portal(Environment environment, Point corner, Point s
   }
   environment.portal_area = static_cast<float>(length(cross(side_u, side_v)));
   return environment;
+}
+
+/// A lamp that moves from one place to another, in the spaces of which it stands as `lamp` does, as it is at
+/// `time`.
+inline Lamp moved(Lamp lamp, const Map& start, const Map& end, double time) {
+  Map now;
+  for (std::size_t i = 0; i < 12; ++i) now.m[i] = (1 - time) * start.m[i] + time * end.m[i];
+  lamp.name += absl::StrCat(", moved, at ", time);
+  lamp.time = static_cast<float>(time);
+  lamp.centre = now.point(lamp.centre);
+  const auto still_hits = lamp.hits;
+  lamp.hits = [still_hits, now, back = now.inverse()](Point o, Point d) {
+    std::vector<LampHit> hits = still_hits(back.point(o), back.vector(d));
+    for (LampHit& hit : hits) hit.p = now.point(hit.p), hit.n = unit(back.transposed(hit.n));
+    return hits;
+  };
+  lamp.shapes->motion_steps = {start.affine(), end.affine()};
+  InstanceRecord& instance = lamp.shapes->instances.emplace_back();
+  instance.render_from_instance = start.affine();
+  instance.instance_from_render = start.inverse().affine();
+  instance.segments = 1;
+  auto moving = std::make_shared<MovingLights>();
+  moving->steps = lamp.shapes->motion_steps;
+  moving->motions = {LightMotion{.first_step = 0, .segments = 1, .instance = 0}};
+  moving->motion_of_light.assign(lamp.table.lights.size(), 0);
+  for (std::size_t i = 0; i < lamp.table.lights.size(); ++i) {
+    LightRecord& light = lamp.table.lights[i];
+    const LightTraits& traits = lamp.table.sources(light.kind).traits;
+    moving->still.lights.push_back(light);
+    light.profile = static_cast<std::int32_t>(i);
+    light.environment = -1;
+    light.kind = traits.at_infinity ? (traits.delta ? LightKind::kMovingDistant : LightKind::kMovingInfinite)
+                 : !traits.delta    ? LightKind::kMovingSurface
+                 : traits.extended  ? LightKind::kMovingSoft
+                                    : LightKind::kMovingPoint;
+  }
+  moving->still.sources = lamp.table.sources;
+  moving->still.shapes = lamp.table.shapes;
+  moving->still.environments = std::move(lamp.table.environments);
+  lamp.table.environments.clear();
+  lamp.table.moving = moving;
+  return lamp;
 }
 
 /// Random texels over four orders of magnitude, a quarter of them black.

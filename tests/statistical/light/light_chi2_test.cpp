@@ -13,7 +13,11 @@ struct View {
   Point reference;
   Point normal = {};  // the receiver's, if it has one
 
-  Receiver receiver() const { return {wide(reference), wide(normal)}; }
+  Receiver receiver() const {
+    Receiver result(wide(reference), wide(normal));
+    result.time = lamp->time;
+    return result;
+  }
 };
 
 /// Directions around an axis: all within the cosine `z_low` of it are told apart.
@@ -96,7 +100,9 @@ double probability(const View& view, const Focus& focus, const test::SphereCell&
 }
 
 /// Light from everywhere.
-bool surrounds(const Lamp& lamp) { return lamp.environment && lamp.table.environments[0].portal_area == 0; }
+bool surrounds(const Lamp& lamp) {
+  return lamp.environment && (lamp.table.environments.empty() || lamp.table.environments[0].portal_area == 0);
+}
 
 /// The smallest cosine to the lamp's centre among sampled directions, a little widened.
 double lowest_cosine(const View& view, Point axis) {
@@ -280,6 +286,116 @@ TEST(LightChi2, Environments) {
       "latitude-longitude",
       *build_environment(noise_image(9, 5, 4), EnvironmentMapping::kLatitudeLongitude, 1, mirrored));
   check_all({{&uniform, {0, 0, 0}}, {&octahedral, {1, 2, 3}}, {&latlong, {0, 0, 0}}});
+}
+
+/// Moments of a way on which things are turned, stretched and brought closer.
+struct Moments {
+  std::vector<Lamp> lamps;
+  std::vector<View> views;
+
+  Moments(const std::function<Lamp()>& still, Point from, Point normal = {}) {
+    const Map start = placed({0.5, -0.2, 1}), end = placed({-0.4, 0.3, 2}, {1.7, 0.8, 1.2});
+    for (const double time : {0.0, 0.4, 1.0}) lamps.push_back(moved(still(), start, end, time));
+    for (const Lamp& lamp : lamps) views.push_back({&lamp, from, normal});
+  }
+};
+
+TEST(LightChi2, MovingTriangleAndRectangle) {
+  const auto triangle = [] {
+    return mesh_lamp("triangle", {{-1, 0.5, 2}, {1.2, -0.3, 2.5}, {0.1, 1.5, 3}}, {0, 1, 2}, true);
+  };
+  const auto rectangle = [] {
+    const Point corner{-1, 0.5, 2}, x{1.6, 0.4, -0.8}, y = cross(Point{0.3, 0.2, 0.7}, x);
+    return mesh_lamp("rectangle", {corner, corner + x, corner + x + y, corner + y}, {0, 1, 2, 2, 3, 0}, true);
+  };
+  check_all(Moments(triangle, {0, 0, 0}).views);
+  check_all(Moments(rectangle, {0.2, 0.4, 0.1}, unit({0.3, 0.5, 1})).views);
+}
+
+TEST(LightChi2, MovingSpheres) {
+  // From inside, where there is no limb, and from outside while it is not stretched.
+  check_all(Moments(
+                [] {
+                  return quadric_lamp("inward", ShapeKind::kSphere, sphere_record(4), placed({1, 1, 1}), true,
+                                      false);
+                },
+                {0.4, 0.2, 1})
+                .views);
+  const auto outside = [] {
+    return quadric_lamp("sphere", ShapeKind::kSphere, sphere_record(0.8f), placed({1, 2, 3}), false, false);
+  };
+  const Map start = placed({0.5, -0.2, 1}), end = placed({-0.4, 0.3, 2}, {2, 2, 2});
+  const Lamp first = moved(outside(), start, end, 0.25), later = moved(outside(), start, end, 0.75);
+  check_all({{&first, {0, 0, 0}}, {&later, {-6, 3, 1}}});
+}
+
+TEST(LightChi2, MovingDiskCylinderAndSoftPoint) {
+  QuadricRecord ring, tube;
+  ring.radius = 1.3f, ring.inner_radius = 0.6f, ring.height = -0.5f;
+  ring.phi_max = 4.2f, ring.partial = 1;
+  tube.radius = 3, tube.z_min = -2, tube.z_max = 2.5f;
+  check_all(Moments(
+                [&] {
+                  return quadric_lamp("ring", ShapeKind::kDisk, ring, placed({1, 2, 3}), false, true);
+                },
+                {0, 0, 0})
+                .views);
+  check_all(Moments(
+                [&] {
+                  return quadric_lamp("tube", ShapeKind::kCylinder, tube, placed({0, 0, 0}), true, true);
+                },
+                {0.1, 0.3, 1.2})
+                .views);
+  const Map start = placed({0.5, -0.2, 1}), end = placed({-1.5, 0.3, 2});
+  const Lamp soft = moved(soft_lamp("soft point", LightKind::kSoftPoint, {1, 2, 3}, 0.8f), start, end, 0.6);
+  check_all({{&soft, {0, 0, 0}}, {&soft, soft.centre}});
+}
+
+TEST(LightChi2, MovingEnvironment) {
+  const Map start = placed({0, 0, 0});
+  // The middle of two rotations is none: directions are squeezed there, and densities with them.
+  const Map end{{start.m[4], start.m[5], start.m[6], 0, -start.m[0], -start.m[1], -start.m[2], 0, start.m[8],
+                 start.m[9], start.m[10], 0}};
+  const Lamp sky = moved(
+      environment_lamp("octahedral", *build_environment(noise_image(8, 8, 3),
+                                                        EnvironmentMapping::kEqualAreaOctahedral, 1, {})),
+      start, end, 0.3);
+  check_all({{&sky, {1, 2, 3}}});
+}
+
+/// A patch of two triangles that are bent, and how it stands later.
+Lamp deforming_lamp(double time) {
+  const std::vector<Point> keys[3] = {{{-1, -1, 2}, {1, -1, 2.2}, {1, 1, 2}, {-1, 1, 2.3}},
+                                      {{-1, -0.8, 2.5}, {1.5, -1, 2}, {1, 1.4, 2.1}, {-1.2, 1, 2}},
+                                      {{-0.5, -0.8, 2.1}, {0.9, -1.3, 1.8}, {0.7, 0.4, 2.6}, {-1.2, 0.5, 2}}};
+  const auto before = static_cast<std::size_t>(std::min(time * 2, 1.0));
+  const double part = time * 2 - static_cast<double>(before);
+  std::vector<Point> now;
+  for (std::size_t i = 0; i < 4; ++i)
+    now.push_back(keys[before][i] * (1 - part) + keys[before + 1][i] * part);
+  const std::vector<std::uint32_t> triangles = {0, 1, 2};
+  // What it is met as, and its centre, are those of the moment.
+  Lamp lamp = mesh_lamp(absl::StrCat("deforming, at ", time), now, triangles, true);
+  ShapeRecord& mesh = lamp.shapes->shapes[1];
+  mesh.flags |= kDeforms;
+  mesh.key_segments = 2;
+  lamp.shapes->vertices.resize(static_cast<std::size_t>(mesh.first_vertex));
+  for (const std::vector<Point>& key : keys) {
+    for (const Point& p : key)
+      lamp.shapes->vertices.push_back(
+          {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)}});
+  }
+  lamp.table.lights.clear();
+  append_area_lights(*lamp.shapes, 1, kLampRadiance, true, -1, lamp.table);
+  lamp.time = static_cast<float>(time);
+  return lamp;
+}
+
+TEST(LightChi2, TriangleOfAMeshThatDeforms) {
+  const Lamp first = deforming_lamp(0), early = deforming_lamp(0.3), late = deforming_lamp(0.8);
+  for (const Lamp* lamp : {&first, &early, &late})
+    ASSERT_EQ(lamp->table.lights[0].kind, LightKind::kDeformingTriangle);
+  check_all({{&first, {0, 0, 0}}, {&early, {0, 0, 0}}, {&early, {2, 1, 0.5}}, {&late, {0, 0, 0}}});
 }
 
 }  // namespace

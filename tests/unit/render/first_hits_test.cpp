@@ -12,6 +12,7 @@
 #include "support/picture/render_image.h"
 #include "support/picture/scene_file.h"
 #include "wire/algorithm.h"
+#include "wire/mesh_blob.h"
 #include "wire/tile_result.h"
 
 namespace tessera::test::first_hits {
@@ -29,7 +30,7 @@ constexpr const char* kFilm =
     " film { width: 32 height: 32 filter { kind: BOX } } lights { infinite { radiance { constant: 1 } } } ";
 
 client::Image render(const std::string& scene, std::vector<v1::AOV> aovs,
-                     const std::string& integrator = "path", double noise = 0) {
+                     const std::string& integrator = "path", double noise = 0, const TestBlobs& blobs = {}) {
   SceneJob job;
   job.settings.set_integrator(integrator);
   job.settings.set_spp(kSamples);
@@ -38,7 +39,7 @@ client::Image render(const std::string& scene, std::vector<v1::AOV> aovs,
   std::ranges::sort(aovs);
   job.aovs = std::move(aovs);
   const auto file =
-      load_scene_text(absl::StrCat(scene, kFilm), job, ::tessera::render::supported_isas().front());
+      load_scene_text(absl::StrCat(scene, kFilm), job, ::tessera::render::supported_isas().front(), blobs);
   EXPECT_TRUE(file.ok()) << file.status();
   return file.ok() ? render_image(*file) : client::Image{};
 }
@@ -133,6 +134,61 @@ TEST(FirstHits, MotionIsFromTheFirstKeyToTheLastWhateverTheShutterDoes) {
   EXPECT_EQ(value(image, "motion.U", 1, 1), 0);
 }
 
+double coverage_of(const client::Image& image, const std::string& list, float identifier, std::size_t pixel) {
+  double sum = 0;
+  for (std::size_t entry = 0; entry < wire::kListEntries; ++entry) {
+    const client::Channel *const id = image.find(absl::StrCat(list, ".id", entry)),
+                                 *const weight = image.find(absl::StrCat(list, ".weight", entry));
+    if (weight->values[pixel] != 0 && (identifier == 0 || id->values[pixel] == identifier))
+      sum += weight->values[pixel];
+  }
+  return sum;
+}
+
+/// A square of side 1 in the plane z = 3 about (x, y).
+std::string square(float x, float y) {
+  wire::MeshData mesh;
+  for (const float j : {-0.5f, 0.5f})
+    for (const float i : {-0.5f, 0.5f}) mesh.positions.insert(mesh.positions.end(), {x + i, y + j, 3});
+  mesh.indices = {0, 1, 3, 0, 3, 2};
+  return wire::encode_mesh(mesh);
+}
+
+TEST(FirstHits, MotionAndMattesOfShapesThatDeformAreThoseOfTheirPoints) {
+  // Strands along y, half a unit thick, do as a square does.
+  const auto strand = [](float x, float y) {
+    std::string bytes;
+    for (int k = 0; k < 4; ++k) {
+      const float point[4] = {x, y + static_cast<float>(k) / 3 - 0.5f, 3, 0.25f};
+      bytes.append(reinterpret_cast<const char*>(point), sizeof point);
+    }
+    return bytes;
+  };
+  const TestBlobs blobs = {{"first", square(0, 0)},
+                           {"last", square(0.25f, 0.125f)},
+                           {"starts", std::string(sizeof(std::uint32_t), '\0')},
+                           {"first points", strand(0, 0)},
+                           {"last points", strand(0.25f, 0.125f)}};
+  for (const char* const shape :
+       {"mesh { blob { digest: 'first' } later_blobs { digest: 'last' } }",
+        "curves { starts { digest: 'starts' } points { digest: 'first points' } later_points { digest: "
+        "'last points' } }"}) {
+    const client::Image image =
+        render(absl::StrCat("camera { orthographic {} } shapes { disk { radius: 9 } world_from_object ",
+                            at(0, 0, 5), " } shapes { ", shape, " }"),
+               {v1::AOV_MOTION, v1::AOV_CRYPTO_OBJECT}, "path", 0, blobs);
+    EXPECT_NEAR(value(image, "motion.U", 17, 15), 0.25 / kPixel, 1e-3);
+    EXPECT_NEAR(value(image, "motion.V", 17, 15), -0.125 / kPixel, 1e-3);
+    EXPECT_EQ(value(image, "motion.U", 1, 1), 0);
+    // Its area on the film, at whatever time: 5 standard deviations of pixels at its edges.
+    const double area = shape[0] == 'm' ? 1 : 0.5;
+    double seen = 0;
+    for (std::size_t i = 0; i < image.pixel_count(); ++i) seen += coverage_of(image, "crypto-object", 2, i);
+    EXPECT_NEAR(seen * kPixel * kPixel, area,
+                5 * kPixel * kPixel * 0.5 / std::sqrt(kSamples) * std::sqrt(4 / kPixel * (0.25 / kPixel)));
+  }
+}
+
 TEST(FirstHits, MotionOfWhatComesCloserIsTheProjections) {
   // At one unit from the axis, from 4 to 2 units away: from 1/4 to 1/2 on the plane z = 1.
   const client::Image image =
@@ -146,17 +202,6 @@ TEST(FirstHits, MotionOfWhatComesCloserIsTheProjections) {
   EXPECT_GT(most, 0);
   // Pixels mix it with the wall, whose motion is 0: no more than its own, and that of its near side.
   EXPECT_LT(most, 0.25 / kPixel * 1.2);
-}
-
-double coverage_of(const client::Image& image, const std::string& list, float identifier, std::size_t pixel) {
-  double sum = 0;
-  for (std::size_t entry = 0; entry < wire::kListEntries; ++entry) {
-    const client::Channel *const id = image.find(absl::StrCat(list, ".id", entry)),
-                                 *const weight = image.find(absl::StrCat(list, ".weight", entry));
-    if (weight->values[pixel] != 0 && (identifier == 0 || id->values[pixel] == identifier))
-      sum += weight->values[pixel];
-  }
-  return sum;
 }
 
 const std::string kCoins =

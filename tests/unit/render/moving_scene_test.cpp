@@ -8,11 +8,12 @@
 #include "absl/strings/str_cat.h"
 #include "render/scene/load_scene.h"
 #include "support/picture/scene_file.h"
+#include "wire/mesh_blob.h"
 
 namespace tessera::test {
 namespace {
 
-using testing::ElementsAre;
+using testing::AllOf;
 using testing::HasSubstr;
 using testing::IsEmpty;
 
@@ -21,12 +22,13 @@ constexpr const char* kFilm =
 constexpr const char* kCamera = "camera { perspective { fov_degrees: 40 } } ";
 constexpr const char* kAway = "elements: [1,0,0,0, 0,1,0,0, 0,0,1,5, 0,0,0,1]";
 
-absl::StatusOr<LoadedFile> load_moving(const std::string& scene, std::uint32_t max_depth = 3) {
+absl::StatusOr<LoadedFile> load_moving(const std::string& scene, std::uint32_t max_depth = 3,
+                                       const TestBlobs& blobs = {}) {
   test::SceneJob job;
   job.settings.set_spp(64);
   job.settings.set_max_depth(max_depth);
   job.aovs.push_back(v1::AOV_DEPTH);
-  return load_scene_text(absl::StrCat(scene, kFilm), job, render::supported_isas().front());
+  return load_scene_text(absl::StrCat(scene, kFilm), job, render::supported_isas().front(), blobs);
 }
 
 TEST(MovingScene, FlatMotionIsRefusedByName) {
@@ -51,7 +53,7 @@ TEST(MovingScene, FlatMotionIsRefusedByName) {
   EXPECT_THAT(instance.status().message(), HasSubstr("instance 0 (o)"));
 }
 
-TEST(MovingScene, LampsStandStillWithAWarning) {
+TEST(MovingScene, LampsMoveWithoutAWarning) {
   const auto file = load_moving(
       absl::StrCat(kCamera,
                    "shapes { name: 'lamp' sphere { radius: 1 } area_light { radiance { constant: 1 } } "
@@ -60,8 +62,70 @@ TEST(MovingScene, LampsStandStillWithAWarning) {
                    " } world_from_object_end { "
                    "elements: [1,0,0,9, 0,1,0,0, 0,0,1,5, 0,0,0,1] } }"));
   ASSERT_TRUE(file.ok()) << file.status();
-  EXPECT_THAT(file->scene->warnings(),
-              ElementsAre(HasSubstr("shape 0 (lamp): shapes that emit light do not move")));
+  EXPECT_THAT(file->scene->warnings(), IsEmpty());
+}
+
+TEST(MovingScene, LightsThatCannotMoveSoAreRefusedByName) {
+  const auto error_of = [](const std::string& light, const TestBlobs& blobs = {}) {
+    return std::string(
+        load_moving(absl::StrCat(kCamera, "lights { name: 'it' ", light, " }"), 3, blobs).status().message());
+  };
+  EXPECT_THAT(error_of("spot { target { z: 1 } intensity { constant: 1 } position_end { z: 1 } }"),
+              AllOf(HasSubstr("light 1 (it)"), HasSubstr("no direction")));
+  EXPECT_THAT(error_of("distant { direction { z: 1 } direction_end { } irradiance { constant: 1 } }"),
+              AllOf(HasSubstr("light 1 (it)"), HasSubstr("no direction")));
+  EXPECT_THAT(error_of("goniometric { intensity { constant: 1 } world_from_light_end { elements: "
+                       "[1,0,0,0, 0,0,0,0, 0,0,1,0, 0,0,0,1] } }"),
+              AllOf(HasSubstr("light 1 (it)"), HasSubstr("singular")));
+  const std::string sky = "infinite { image { digest: 'sky' path: 'sky.pfm' } mapping: LATITUDE_LONGITUDE ",
+                    texels(4 * 2 * 3 * sizeof(float), '\0');
+  const TestBlobs blobs = {{"sky", "PF\n4 2\n-1.0\n" + texels}};
+  EXPECT_THAT(
+      error_of(sky + "world_from_light_end { elements: [0,1,0,0, -1,0,0,0, 0,0,1,0, 0,0,0,1] } portal { "
+                     "z: 1 } portal { x: 1 z: 1 } portal { x: 1 y: 1 z: 1 } portal { y: 1 z: 1 } }",
+               blobs),
+      AllOf(HasSubstr("light 1 (it)"), HasSubstr("portal")));
+  EXPECT_THAT(
+      error_of(sky + "world_from_light_end { elements: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }", blobs),
+      AllOf(HasSubstr("light 1 (it)"), HasSubstr("angles")));
+}
+
+wire::MeshData triangle(bool with_normals) {
+  wire::MeshData mesh;
+  mesh.positions = {0, 0, 5, 1, 0, 5, 0, 1, 5};
+  if (with_normals) mesh.normals = {0, 0, -1, 0, 0, -1, 0, 0, -1};
+  mesh.indices = {0, 1, 2};
+  return mesh;
+}
+
+TEST(MovingScene, KeysOfAnotherMeshAreRefusedByName) {
+  wire::MeshData larger = triangle(true);
+  larger.positions.insert(larger.positions.end(), {1, 1, 5});
+  larger.normals.insert(larger.normals.end(), {0, 0, -1});
+  const TestBlobs blobs = {{"mesh", wire::encode_mesh(triangle(true))},
+                           {"rough", wire::encode_mesh(triangle(false))},
+                           {"larger", wire::encode_mesh(larger)},
+                           {"points", std::string(4 * 4 * sizeof(float), '\0')},
+                           {"starts", std::string(sizeof(std::uint32_t), '\0')}};
+  const auto error_of = [&](const std::string& shape) {
+    return std::string(load_moving(absl::StrCat(kCamera, "shapes { name: 'cloth' ", shape, " }"), 3, blobs)
+                           .status()
+                           .message());
+  };
+  const std::string mesh = "mesh { blob { digest: 'mesh' } ", same = "later_blobs { digest: 'mesh' } ";
+  EXPECT_EQ(error_of(mesh + same + " }"), "");
+  EXPECT_THAT(error_of(mesh + same + "later_blobs { digest: 'larger' } }"),
+              AllOf(HasSubstr("shape 0 (cloth)"), HasSubstr("later_blobs[1]"), HasSubstr("4 vertices")));
+  EXPECT_THAT(error_of(mesh + "later_blobs { digest: 'rough' } }"),
+              AllOf(HasSubstr("shape 0 (cloth)"), HasSubstr("later_blobs[0]"), HasSubstr("no normals")));
+  std::string many = mesh;
+  for (int i = 0; i < 129; ++i) many += same;
+  EXPECT_THAT(error_of(many + "}"), AllOf(HasSubstr("shape 0 (cloth)"), HasSubstr("at most 128")));
+  EXPECT_THAT(error_of("curves { points { digest: 'points' } starts { digest: 'starts' } later_points { "
+                       "digest: 'starts' } }"),
+              AllOf(HasSubstr("shape 0 (cloth)"), HasSubstr("later_points[0]")));
+  EXPECT_THAT(error_of(absl::StrCat("csg { parts { solid { ", mesh, same, " } } } }")),
+              AllOf(HasSubstr("shape 0 (cloth)"), HasSubstr("deforms")));
 }
 
 TEST(MovingScene, AnEndThatIsTheStartIsNoMotion) {

@@ -31,6 +31,7 @@ struct LightLanes {
   const LightTable& table;
   Int light;
   Mask active;
+  Float time = Float(0.0f);                                        // when light leaves it
   const LightRecord* common = common_light(table, light, active);  // read once then, not gathered
 
   TESSERA_INLINE Float field(float LightRecord::*member) const {

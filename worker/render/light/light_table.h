@@ -31,6 +31,7 @@ enum class LightKind : std::int32_t {
   kGoniometric,
   kSoftPoint,
   kSoftSpot,
+  kDeformingTriangle,
   kMovingSurface,
   kMovingPoint,
   kMovingSoft,
@@ -49,8 +50,8 @@ inline bool is_environment(LightKind kind) {
 /// space.
 struct LightRecord {
   LightKind kind = LightKind::kPoint;
-  std::int32_t shape = -1;     // kTriangle, kRectangle, kSphere, kDisk, kCylinder, kMovingSurface
-  std::int32_t primitive = 0;  // kTriangle, kRectangle, kMovingSurface: within the shape
+  std::int32_t shape = -1;     // lights on shapes
+  std::int32_t primitive = 0;  // lights on meshes: within the shape
   std::int32_t two_sided = 0;
   float radiance[kBands] = {
       0, 0, 0};    // radiance, W/(m2 sr); kPoint, kSpot and soft ones: intensity, W/sr; kDistant: W/m2

@@ -7,10 +7,35 @@
 #include "render/kernel/kernel_module.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/scene_content.h"
+#include "render/shape/key_vertices.h"
 #include "wire/algorithm_fit.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
+
+namespace {
+
+/// Makes meshes that deform what they are at `time`: queries are asked of one moment.
+void hold_deforming_meshes(float time, ShapeTable& shapes) {
+  for (ShapeRecord& shape : shapes.shapes) {
+    if (shape.kind != ShapeKind::kTriangles || shape.key_segments == 0) continue;
+    const KeyTime at(shape.key_segments, time);
+    for (std::int32_t i = 0; i < shape.vertex_count; ++i) {
+      const auto vertex = static_cast<std::uint32_t>(i);
+      const Vertex a = key_vertex(shapes, shape, vertex, at.before),
+                   b = key_vertex(shapes, shape, vertex, at.before + 1);
+      Vertex& now = shapes.vertices[static_cast<std::size_t>(shape.first_vertex) + vertex];
+      for (int k = 0; k < 3; ++k) {
+        now.position[k] = (1 - at.part) * a.position[k] + at.part * b.position[k];
+        now.normal[k] = (1 - at.part) * a.normal[k] + at.part * b.normal[k];
+      }
+    }
+    shape.key_segments = 0;
+    shape.flags &= ~kDeforms;
+  }
+}
+
+}  // namespace
 
 absl::StatusOr<std::unique_ptr<const QueryScene>> load_query(const v1::Scene& scene, const v1::JobSpec& job,
                                                              const BlobSource& blobs,
@@ -28,6 +53,7 @@ absl::StatusOr<std::unique_ptr<const QueryScene>> load_query(const v1::Scene& sc
   const LoadOptions load{.isa = options.isa, .threads = options.threads, .lists_instances = "a query"};
   auto build = ContentBuild::begin(scene, job, blobs, load, *kernel->accel, kernel->light_sources);
   if (!build.ok()) return build.status();
+  hold_deforming_meshes(options.time, build->arrays().shapes);
   const auto origin = render_origin(scene);
   if (!origin.ok()) return origin.status();
   const auto world_from_camera = Transform::from_proto(scene.camera().world_from_camera());

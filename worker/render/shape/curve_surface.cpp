@@ -19,7 +19,8 @@ Knot fma(Knot a, float s, Knot b) { return {fma(a.p, s, b.p), fma(a.radius, s, b
 Knot lerp(Float t, Knot a, Knot b) { return {fma(b.p - a.p, t, a.p), lerp(t, a.radius, b.radius)}; }
 
 struct Segment {
-  Knot b[4];  // Bezier control points
+  Knot b[4];                 // Bezier control points
+  Float size = Float(0.0f);  // of curves that deform: coordinates that the points are computed from
 };
 
 /// The Bezier points of one segment of a uniform cubic B-spline.
@@ -31,11 +32,26 @@ void to_bezier(Segment& s) {
   s.b[3] = (fma(p2, 4.0f, p1) + p3) * (1.0f / 6);
 }
 
-Segment read_segment(const CurvesRecord& record, Int start, Mask active) {
+Knot read_knot(const CurvesRecord& record, Int index, Mask active) {
+  const Float4 point = gather4(record.points.data()->position, index * 4, active);
+  return {{point.c[0], point.c[1], point.c[2]}, point.c[3]};
+}
+
+Segment read_segment(const CurvesRecord& record, Int start, Float time, Mask active) {
   Segment s;
-  for (int k = 0; k < 4; ++k) {
-    const Float4 point = gather4(record.points.data()->position, (start + k) * 4, active);
-    s.b[k] = {{point.c[0], point.c[1], point.c[2]}, point.c[3]};
+  if (record.key_segments == 0) {
+    for (int k = 0; k < 4; ++k) s.b[k] = read_knot(record, start + k, active);
+  } else {
+    // Linear between two keys, as in Embree.
+    const Float place = select_or_zero(active, time) * static_cast<float>(record.key_segments);
+    const Int before = max(min(to_int(place), record.key_segments - 1), 0);
+    const auto count = static_cast<std::int32_t>(record.points.size()) / (record.key_segments + 1);
+    for (int k = 0; k < 4; ++k) {
+      const Int index = before * count + start + k;
+      const Knot a = read_knot(record, index, active), b = read_knot(record, index + count, active);
+      s.b[k] = lerp(place - to_float(before), a, b);
+      s.size = max(s.size, max(largest_coordinate(a.p), largest_coordinate(b.p)));
+    }
   }
   if (record.bspline) to_bezier(s);
   return s;
@@ -74,7 +90,8 @@ void curve_surface(const CurvesRecord& record, const Hit& hit, Vec3 o, Vec3 d, M
   const Int start = gather(starts, hit.primitive, active);
   const Float u = clamp(hit.u, 0.0f, 1.0f);
   Vec3 dpdu;
-  const Knot axis = evaluate(read_segment(record, start, active), u, dpdu);
+  const Segment segment = read_segment(record, start, hit.time, active);
+  const Knot axis = evaluate(segment, u, dpdu);
   const Vec3 tangent = normalize(dpdu), w = -normalize(d);
 
   const bool ribbon = record.kind == CurveKind::kRibbon;
@@ -107,7 +124,7 @@ void curve_surface(const CurvesRecord& record, const Hit& hit, Vec3 o, Vec3 d, M
   }
   // Rays leave a flat curve from two widths off it, so that they do not meet the same curve turned their way
   // [pbrt-v4].
-  const Float extent = largest_coordinate(axis.p) + radius;
+  const Float extent = largest_coordinate(axis.p) + radius + segment.size;
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError + (ribbon ? Float(0.0f) : radius * 4.0f)),
                    s.error);

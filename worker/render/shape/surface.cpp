@@ -1,6 +1,7 @@
 #include "render/shape/surface.h"
 
 #include <cstddef>
+#include <optional>
 
 #include "render/core/affine.h"
 #include "render/core/motion.h"
@@ -9,32 +10,11 @@
 #include "render/shape/error_bound.h"
 #include "render/shape/place.h"
 #include "render/shape/triangle_normal.h"
+#include "render/shape/vertex_lanes.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
-
-/// One vertex a lane, read in two halves of four floats.
-class VertexLanes {
- public:
-  TESSERA_INLINE VertexLanes(const ShapeTable& table, Int index, Mask active)
-      : base_(table.vertices.data()->position),
-        at_(index * static_cast<std::int32_t>(sizeof(Vertex) / 4)),
-        active_(active) {
-    position_u_ = gather4(base_, at_, active);
-  }
-  TESSERA_INLINE Vec3 position() const { return {position_u_.c[0], position_u_.c[1], position_u_.c[2]}; }
-  /// Wanted only where there are normals or uvs.
-  TESSERA_INLINE void read_rest() { normal_v_ = gather4(base_ + 4, at_, active_); }
-  TESSERA_INLINE Vec3 normal() const { return {normal_v_.c[0], normal_v_.c[1], normal_v_.c[2]}; }
-  TESSERA_INLINE Vec2 uv() const { return {position_u_.c[3], normal_v_.c[3]}; }
-
- private:
-  const float* base_;
-  Int at_;
-  Mask active_;
-  Float4 position_u_, normal_v_;
-};
 
 /// dp/du and dp/dv of a triangle; an arbitrary frame where its uvs are degenerate.
 void triangle_tangents(Vec3 e1, Vec3 e2, Vec2 duv1, Vec2 duv2, Vec3 ng, Vec3& dpdu, Vec3& dpdv) {
@@ -70,15 +50,34 @@ TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, In
                                      Mask active, bool want_tangents, Surface& s) {
   const Int4 range = gather_row(table, offsetof(ShapeRecord, first_triangle) / 4, hit.shape, active);
   static_assert(offsetof(ShapeRecord, first_vertex) == offsetof(ShapeRecord, first_triangle) + 4);
-  const Int first_triangle = range.c[0], first_vertex = range.c[1];
+  const Int first_triangle = range.c[0];
+  Int first_vertex = range.c[1];
   // The row of the last triangle ends beyond the array, which may be read.
   const auto* indices = reinterpret_cast<const std::int32_t*>(table.triangles.data());
   const Int4 corners = gather4(indices, (first_triangle + hit.primitive) * 3, active);
 
+  const Mask deforming = active & ((flags & kDeforms) != 0);
+  std::optional<KeyLanes> key;
+  if (any(deforming)) {
+    key.emplace(table, hit.shape, hit.time, deforming);
+    first_vertex = first_vertex + key->before * key->vertices;
+  }
   VertexLanes v0(table, first_vertex + corners.c[0], active), v1(table, first_vertex + corners.c[1], active),
       v2(table, first_vertex + corners.c[2], active);
-  if (any(active & ((flags & (kHasNormals | kHasUvs)) != 0))) {
+  const bool reads_rest = any(active & ((flags & (kHasNormals | kHasUvs)) != 0));
+  if (reads_rest) {
     for (VertexLanes* v : {&v0, &v1, &v2}) v->read_rest();
+  }
+  Float keys_size(0.0f);  // the largest coordinate of the keys that a place is computed from
+  if (key) {
+    int corner = 0;
+    for (VertexLanes* v : {&v0, &v1, &v2}) {
+      VertexLanes next(table, first_vertex + key->vertices + corners.c[corner++], deforming);
+      keys_size = max(keys_size, v->mix_position(next, key->part, deforming));
+      if (!reads_rest) continue;
+      next.read_rest();
+      v->mix_normal(next, key->part, deforming);
+    }
   }
   const Vec3 p0 = v0.position(), p1 = v1.position(), p2 = v2.position();
   const Vec3 e1 = p1 - p0, e2 = p2 - p0;
@@ -110,7 +109,7 @@ TESSERA_INLINE void triangle_surface(const ShapeTable& table, const Hit& hit, In
     uv2 = own_or(v2.uv(), uv2);
   }
 
-  const Float extent = largest_coordinate(p) + size;
+  const Float extent = largest_coordinate(p) + size + keys_size;
   s.p = select(active, p, s.p);
   s.error = select(active, along_normal(ng, extent * kPositionError), s.error);
   s.barycentric = {select(active, b1, s.barycentric.x), select(active, b2, s.barycentric.y)};

@@ -79,9 +79,15 @@ void Accelerator::attach_shape(RTCScene scene, std::int32_t index, const ShapeTa
   RTCGeometry geometry = nullptr;
   if (shape.kind == ShapeKind::kTriangles) {
     geometry = rtcNewGeometry(device_, RTC_GEOMETRY_TYPE_TRIANGLE);
-    rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, table.vertices.data(),
-                               std::size_t(shape.first_vertex) * sizeof(Vertex), sizeof(Vertex),
-                               shape.vertex_count);
+    if (shape.key_segments > 0)
+      rtcSetGeometryTimeStepCount(geometry, static_cast<unsigned>(shape.key_segments) + 1);
+    for (std::int32_t key = 0; key <= shape.key_segments; ++key) {
+      const std::size_t first =
+          std::size_t(shape.first_vertex) + std::size_t(key) * std::size_t(shape.vertex_count);
+      rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, static_cast<unsigned>(key),
+                                 RTC_FORMAT_FLOAT3, table.vertices.data(), first * sizeof(Vertex),
+                                 sizeof(Vertex), shape.vertex_count);
+    }
     rtcSetSharedGeometryBuffer(geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, table.triangles.data(),
                                std::size_t(shape.first_triangle) * 12, 12, shape.triangle_count);
   } else if (shape.kind == ShapeKind::kCurves) {

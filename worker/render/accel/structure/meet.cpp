@@ -1,7 +1,9 @@
 #include "render/accel/structure/meet.h"
 
 #include "render/accel/alpha.h"
+#include "render/accel/structure/primitive_list.h"
 #include "render/shape/analytic_shape.h"
+#include "render/shape/key_vertices.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -52,12 +54,21 @@ bool meet_analytic(const Ray& ray, const ShapeTable& table, const TextureTable& 
   return meeting.t > 0 && meeting.t <= most;
 }
 
+bool meet_deforming(const Ray& ray, const ShapeTable& table, const Primitive& primitive, Meeting& meeting) {
+  const Ray::Interval box = ray.within(primitive.corners[0], primitive.corners[1]);
+  if (box.empty()) return false;
+  float corners[3][3];
+  corners_at(table, table.shapes[static_cast<std::size_t>(primitive.shape)], primitive.number, ray.time,
+             corners);
+  return meet_triangle(ray, corners, meeting) && has_normal(corners);
+}
+
 bool passes_through(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
                     const Primitive& primitive, const Meeting& meeting) {
   const Vec3 o{Float(ray.of[0]), Float(ray.of[1]), Float(ray.of[2])};
   const Vec3 d{Float(ray.df[0]), Float(ray.df[1]), Float(ray.df[2])};
-  const Hit hit{Float(meeting.t),      Float(meeting.u),     Float(meeting.v),
-                Int(primitive.number), Int(primitive.shape), Int(-1)};
+  const Hit hit{Float(meeting.t),     Float(meeting.u), Float(meeting.v), Int(primitive.number),
+                Int(primitive.shape), Int(-1),          Float(ray.time)};
   return any(passes_alpha(table, textures, primitive.shape, hit, o, d, 0, Mask::first(1)));
 }
 

@@ -60,6 +60,9 @@ TESSERA_INLINE bool meet_triangle(const Ray& ray, const float (&corners)[3][3], 
 bool meet_analytic(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
                    const Primitive& primitive, float most, Meeting& meeting);
 
+/// The hit of a triangle of a mesh that deforms, as it is at the ray's time.
+bool meet_deforming(const Ray& ray, const ShapeTable& table, const Primitive& primitive, Meeting& meeting);
+
 /// Whether a ray passes through a point of a mesh with alpha.
 bool passes_through(const Ray& ray, const ShapeTable& table, const TextureTable& textures,
                     const Primitive& primitive, const Meeting& meeting);

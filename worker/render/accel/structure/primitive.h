@@ -9,13 +9,14 @@ namespace tessera::render {
 
 enum class PrimitiveKind : std::int16_t {
   kTriangle,
-  kAnalytic,  // a shape of shape/analytic_shape.h
-  kInstance,  // an object where an instance places it
+  kAnalytic,   // a shape of shape/analytic_shape.h
+  kInstance,   // an object where an instance places it
+  kDeforming,  // a triangle of a mesh that deforms
 };
 
 struct Primitive {
-  float corners[3][3];      // kTriangle; of the others the lower and the upper end of its box, then zeros
-  std::int32_t shape = 0;   // index in ShapeTable::shapes; kInstance: -1
+  float corners[3][3];     // of a kTriangle; of the others the lower and the upper end of its box, then zeros
+  std::int32_t shape = 0;  // index in ShapeTable::shapes; kInstance: -1
   std::int32_t number = 0;  // index among the shape's primitives; kInstance: index in ShapeTable::instances
   PrimitiveKind kind = PrimitiveKind::kTriangle;
   std::int16_t has_alpha = 0;  // some rays pass through it

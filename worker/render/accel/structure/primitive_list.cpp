@@ -3,15 +3,13 @@
 #include "absl/strings/str_cat.h"
 #include "render/core/stopped.h"
 #include "render/shape/exact_affine.h"
+#include "render/shape/key_vertices.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
 
-namespace {
-
-/// Whether the normal that shading computes of a triangle (shape/triangle_normal.h) exists: it is computed
-/// the same way here, in float, after its sides are brought to size 1 by a power of two.
 bool has_normal(const float (&corners)[3][3]) {
+  // Computed as shading does, in float, after the sides are brought to size 1 by a power of two.
   float e1[3], e2[3], size = 0;
   for (int k = 0; k < 3; ++k) {
     e1[k] = corners[1][k] - corners[0][k], e2[k] = corners[2][k] - corners[0][k];
@@ -27,6 +25,38 @@ bool has_normal(const float (&corners)[3][3]) {
     squared += n * n;
   }
   return squared > 0 && std::isfinite(squared);
+}
+
+namespace {
+
+/// A primitive that is told by its box.
+void add_boxed(PrimitiveKind kind, std::int32_t shape, std::int32_t number, const Box& box,
+               std::vector<Primitive>& list, bool has_alpha = false) {
+  if (box.empty() || !box.finite()) return;
+  Primitive primitive{};
+  primitive.kind = kind;
+  primitive.shape = shape;
+  primitive.number = number;
+  primitive.has_alpha = has_alpha;
+  std::copy_n(box.low, 3, primitive.corners[0]);
+  std::copy_n(box.high, 3, primitive.corners[1]);
+  list.push_back(primitive);
+}
+
+/// Triangles whose corners move, each in a box about all of its way: that of a corner is straight between two
+/// keys. A rounding more is less than rays' boxes are padded by.
+void add_deforming(const ShapeTable& table, const ShapeRecord& shape, std::int32_t index,
+                   std::vector<Primitive>& list, const std::stop_token& stop) {
+  for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
+    throw_if_stopped(stop, static_cast<std::size_t>(t));
+    const std::uint32_t* const row =
+        table.triangles.data() +
+        3 * (static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(t));
+    Box box;
+    for (std::int32_t key = 0; key <= shape.key_segments; ++key)
+      for (int c = 0; c < 3; ++c) box.add(key_vertex(table, shape, row[c], key).position);
+    add_boxed(PrimitiveKind::kDeforming, index, t, box, list, (shape.flags & kHasAlpha) != 0);
+  }
 }
 
 void add_triangles(const ShapeTable& table, const ShapeRecord& shape, std::int32_t index,
@@ -46,19 +76,6 @@ void add_triangles(const ShapeTable& table, const ShapeRecord& shape, std::int32
     }
     if (box_of(primitive).finite() && has_normal(primitive.corners)) list.push_back(primitive);
   }
-}
-
-/// A primitive that is told by its box.
-void add_boxed(PrimitiveKind kind, std::int32_t shape, std::int32_t number, const Box& box,
-               std::vector<Primitive>& list) {
-  if (box.empty() || !box.finite()) return;
-  Primitive primitive{};
-  primitive.kind = kind;
-  primitive.shape = shape;
-  primitive.number = number;
-  std::copy_n(box.low, 3, primitive.corners[0]);
-  std::copy_n(box.high, 3, primitive.corners[1]);
-  list.push_back(primitive);
 }
 
 /// The box of a box that is moved, rounded outwards.
@@ -96,7 +113,7 @@ absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const A
                                                    " of the scene) are met by accelerator 'embree' alone"));
   }
   if (record.kind == ShapeKind::kTriangles) {
-    add_triangles(table, record, shape, list, stop);
+    (record.key_segments > 0 ? add_deforming : add_triangles)(table, record, shape, list, stop);
     return absl::OkStatus();
   }
   const std::int32_t count = analytic.count(table, shape);

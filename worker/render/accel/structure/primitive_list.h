@@ -22,11 +22,15 @@ struct AnalyticBounds {
   Box (*bounds)(const ShapeTable& table, std::int32_t shape, std::int32_t primitive) = nullptr;
 };
 
+/// Whether the normal that shading computes of a triangle (shape/triangle_normal.h) exists.
+bool has_normal(const float (&corners)[3][3]);
+
 /// How many primitives a shape may add to a list.
 std::size_t most_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic);
 
-/// Adds what rays may meet of a shape: triangles with finite corners and an area, and analytic shapes with
-/// finite bounds. InvalidArgument, with the shape's number, for curves.
+/// Adds what rays may meet of a shape: triangles with finite corners and an area (those that deform may have
+/// none at times), and analytic shapes with finite bounds. InvalidArgument, with the shape's number, for
+/// curves.
 absl::Status add_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic,
                             std::vector<Primitive>& list, const std::stop_token& stop = {});
 

@@ -78,6 +78,8 @@ struct Tracer {
       if (!within_instance(primitive, walk_it)) return false;
       note_step(primitive);
       return true;
+    } else if (primitive.kind == PrimitiveKind::kDeforming) {
+      if (!meet_deforming(ray, structure.shapes(), primitive, meeting) || meeting.t > found.t) return false;
     } else if (!meet_analytic(ray, structure.shapes(), structure.textures(), primitive, found.t, meeting)) {
       return false;
     }

@@ -7,7 +7,7 @@ namespace tessera::render::TESSERA_ISA {
 
 LightSample AreaLight::sample(const LightTable& table, Int light, const Receiver& from, Vec2 u,
                               Mask active) const {
-  const LightLanes lanes{table, light, active};
+  const LightLanes lanes{table, light, active, from.time};
   const AreaPoint at = sample_point(lanes, u);
   LightSample s = sample_from_point(lanes, from.p, at.point, at.normal, at.density, at.extent);
   s.barycentric = at.barycentric;
@@ -16,13 +16,13 @@ LightSample AreaLight::sample(const LightTable& table, Int light, const Receiver
 
 Float AreaLight::pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point,
                      Vec3 normal, Mask active) const {
-  const LightLanes lanes{table, light, active};
+  const LightLanes lanes{table, light, active, from.time};
   return pdf_from_point(lanes, from.p, wi, point, normal, density_at(lanes, point));
 }
 
-Emission AreaLight::emit(const LightTable& table, Int light, Float, Vec2 u_place, Vec2 u_direction,
+Emission AreaLight::emit(const LightTable& table, Int light, Float time, Vec2 u_place, Vec2 u_direction,
                          Mask active) const {
-  const LightLanes lanes{table, light, active};
+  const LightLanes lanes{table, light, active, time};
   const AreaPoint at = sample_point(lanes, u_place);
   // Either side of a two-sided emitter, by the first half of one number.
   const Mask two_sided = lanes.field(&LightRecord::two_sided) != 0;
@@ -34,16 +34,16 @@ Emission AreaLight::emit(const LightTable& table, Int light, Float, Vec2 u_place
 
   Color radiance = lanes.radiance();
   if (table.any_textures)
-    radiance = radiance * emission_texture(table, light, Float(0.0f), at.point, at.barycentric, active);
+    radiance = radiance * emission_texture(table, light, time, at.point, at.barycentric, active);
   const Float flux = select(two_sided, Float(2 * kPi), Float(kPi)) / at.density;
   const Float error = ray_end_error(at.point, at.point, at.extent, Float(0.0f));
   return {at.point, normal * error, direction, radiance * flux, active & is_finite(flux),
           normal,   at.barycentric};
 }
 
-EmissionDensity AreaLight::emission_density(const LightTable& table, Int light, Float, Vec3 point,
+EmissionDensity AreaLight::emission_density(const LightTable& table, Int light, Float time, Vec3 point,
                                             Float cosine, Vec3, Mask active) const {
-  const LightLanes lanes{table, light, active};
+  const LightLanes lanes{table, light, active, time};
   const Mask two_sided = lanes.field(&LightRecord::two_sided) != 0;
   const Float density = abs(cosine) * select(two_sided, Float(kInv2Pi), Float(kInvPi));
   return {density_at(lanes, point), select_or_zero(active & ((cosine > 0.0f) | two_sided), density)};

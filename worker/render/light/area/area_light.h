@@ -22,9 +22,9 @@ class AreaLight : public LightModel {
                      Mask active) const override;
   Float pdf(const LightTable& table, Int light, const Receiver& from, Vec3 wi, Vec3 point, Vec3 normal,
             Mask active) const override;
-  Emission emit(const LightTable& table, Int light, Float, Vec2 u_place, Vec2 u_direction,
+  Emission emit(const LightTable& table, Int light, Float time, Vec2 u_place, Vec2 u_direction,
                 Mask active) const final;
-  EmissionDensity emission_density(const LightTable& table, Int light, Float, Vec3 point, Float cosine,
+  EmissionDensity emission_density(const LightTable& table, Int light, Float time, Vec3 point, Float cosine,
                                    Vec3 direction, Mask active) const final;
   double power(const LightTable& table, const LightRecord& light) const final;
   LightBounds bounds(const LightTable& table, const LightRecord& light) const final;

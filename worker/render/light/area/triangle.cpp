@@ -3,6 +3,7 @@
 #include "render/light/area/rectangle_build.h"
 #include "render/light/light.h"
 #include "render/sampling/warp.h"
+#include "render/shape/key_vertices.h"
 #include "render/shape/triangle_normal.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -44,6 +45,27 @@ bool is_smooth(const ShapeTable& table, const ShapeRecord& shape, const LightRec
   return false;
 }
 
+/// Mean area over time of a triangle of a mesh that deforms, by its keys and the middles between them.
+float mean_area(const ShapeTable& table, const ShapeRecord& mesh, const LightRecord& light) {
+  double sum = 0;
+  const std::int32_t steps = 2 * mesh.key_segments;
+  for (std::int32_t step = 0; step <= steps; ++step) {
+    float p[3][3];
+    corners_at(table, mesh, light.primitive, static_cast<float>(step) / static_cast<float>(steps), p);
+    sum += 0.5 * length(cross(vec64::vec(p[1]) - vec64::vec(p[0]), vec64::vec(p[2]) - vec64::vec(p[0])));
+  }
+  return static_cast<float>(sum / (steps + 1));
+}
+
+void append_deforming_triangles(const ShapeTable& shapes, const ShapeRecord& record, LightRecord light,
+                                std::vector<LightRecord>& lights) {
+  light.kind = LightKind::kDeformingTriangle;
+  for (light.primitive = 0; light.primitive < record.triangle_count; ++light.primitive) {
+    light.area = mean_area(shapes, record, light);
+    lights.push_back(light);
+  }
+}
+
 void append_triangles(const ShapeTable& shapes, const ShapeRecord& record, float interpolated_pick,
                       LightRecord light, std::vector<LightRecord>& lights) {
   const std::size_t first = lights.size();
@@ -72,6 +94,7 @@ class TriangleLight final : public AreaLight {
   /// One a triangle; two in a row that make a rectangle, without a texture, become one light.
   void append(const ShapeTable& shapes, const ShapeRecord& shape, const LightRecord& light,
               float interpolated_pick, std::vector<LightRecord>& lights) const override {
+    if (shape.key_segments > 0) return append_deforming_triangles(shapes, shape, light, lights);
     append_triangles(shapes, shape, interpolated_pick, light, lights);
   }
 

@@ -13,6 +13,12 @@ namespace tessera::render {
 
 namespace {
 
+/// The kernels gather floats with 32-bit indices.
+constexpr std::size_t kMostPoints = std::numeric_limits<std::int32_t>::max() / 8;
+
+constexpr const char* kUnusablePoint =
+    "a control point is not finite once it is placed in the world, or its radius is below 0";
+
 /// A blob as an array of T; `group` values make one entry.
 template <typename T>
 absl::StatusOr<std::vector<T>> array_of(const BlobSource& blobs, const v1::BlobRef& ref, const char* what,
@@ -32,8 +38,10 @@ absl::StatusOr<std::vector<T>> array_of(const BlobSource& blobs, const v1::BlobR
 std::int32_t pieces_of(const CurvesRecord& curves) {
   constexpr double kTolerance = 0.05;
   double most = 1;
-  for (const std::uint32_t start : curves.starts) {
-    const CurvePoint* p = &curves.points[start];
+  const auto keys = static_cast<std::size_t>(curves.key_segments) + 1, count = curves.points.size() / keys;
+  for (std::size_t i = 0; i < keys * curves.starts.size(); ++i) {
+    const std::size_t key = i / curves.starts.size();
+    const CurvePoint* p = &curves.points[key * count + curves.starts[i % curves.starts.size()]];
     double bend = 0, radius = 0;
     for (int k = 0; k < 4; ++k) radius = std::max(radius, double{p[k].radius});
     for (int k = 0; k < 2; ++k) {
@@ -52,21 +60,50 @@ std::int32_t pieces_of(const CurvesRecord& curves) {
   return static_cast<std::int32_t>(std::clamp(std::ceil(most), 4.0, 16.0));
 }
 
+/// Appends control points. False when one is not finite, or its radius below 0.
 bool place_points(const std::vector<float>& values, const Transform& placed_from_object,
                   CurvesRecord& curves) {
   const double scale = std::cbrt(std::abs(placed_from_object.determinant()));
   bool sound = true;
-  curves.points.resize(values.size() / 4);
-  for (std::size_t i = 0; i < curves.points.size(); ++i) {
+  const std::size_t first = curves.points.size();
+  curves.points.resize(first + values.size() / 4);
+  for (std::size_t i = 0; i < values.size() / 4; ++i) {
     const float* v = &values[4 * i];
     const Imath::V3d p = placed_from_object.apply({v[0], v[1], v[2]});
-    CurvePoint& point = curves.points[i];
+    CurvePoint& point = curves.points[first + i];
     point = {{static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)},
              static_cast<float>(v[3] * scale)};
     for (const float x : point.position) sound = sound && std::isfinite(x);
     sound = sound && point.radius >= 0 && std::isfinite(point.radius);
   }
   return sound;
+}
+
+/// Appends the control points of later keys.
+absl::Status append_keys(const v1::Curves& message, const Transform& placed_from_object,
+                         const BlobSource& blobs, CurvesRecord& curves) {
+  const std::size_t count = curves.points.size();
+  curves.key_segments = message.later_points_size();
+  if (curves.key_segments > kMostKeySegments) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("they have ", curves.key_segments, " later keys; at most ", kMostKeySegments));
+  }
+  if (count * (static_cast<std::size_t>(curves.key_segments) + 1) > kMostPoints)
+    return absl::InvalidArgumentError(
+        absl::StrCat("curves have at most ", kMostPoints, " control points in all of their keys"));
+  for (int i = 0; i < curves.key_segments; ++i) {
+    const std::string where = absl::StrCat("later_points[", i, "]");
+    const auto points = array_of<float>(blobs, message.later_points(i), "points", 4);
+    if (!points.ok()) return located(points.status(), where);
+    if (points->size() != 4 * count) {
+      return located(absl::InvalidArgumentError(absl::StrCat("it has ", points->size() / 4,
+                                                             " control points where `points` has ", count)),
+                     where);
+    }
+    if (!place_points(*points, placed_from_object, curves))
+      return located(absl::InvalidArgumentError(kUnusablePoint), where);
+  }
+  return absl::OkStatus();
 }
 
 bool place_normals(const std::vector<float>& values, const Transform& object_from_placed,
@@ -101,11 +138,9 @@ absl::StatusOr<CurvesRecord> read_curves(const v1::Shape& shape, const Transform
   curves.bspline = message.basis() == v1::Curves::BSPLINE;
   curves.starts = *std::move(starts);
   const std::size_t count = points->size() / 4;
-  // The kernels gather floats with 32-bit indices.
-  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max() / 8;
-  if (curves.starts.empty() || count > kMost || curves.starts.size() > kMost) {
+  if (curves.starts.empty() || count > kMostPoints || curves.starts.size() > kMostPoints) {
     return absl::InvalidArgumentError(
-        absl::StrCat("curves have 1 to ", kMost, " segments and control points"));
+        absl::StrCat("curves have 1 to ", kMostPoints, " segments and control points"));
   }
   for (const std::uint32_t start : curves.starts) {
     if (count < 4 || start > count - 4) {
@@ -113,10 +148,8 @@ absl::StatusOr<CurvesRecord> read_curves(const v1::Shape& shape, const Transform
           absl::StrCat("a segment begins at control point ", start, " of ", count));
     }
   }
-  if (!place_points(*points, placed_from_object, curves)) {
-    return absl::InvalidArgumentError(
-        "a control point is not finite once it is placed in the world, or its radius is below 0");
-  }
+  if (!place_points(*points, placed_from_object, curves)) return absl::InvalidArgumentError(kUnusablePoint);
+  if (auto s = append_keys(message, placed_from_object, blobs, curves); !s.ok()) return s;
   if (curves.kind == CurveKind::kRibbon) {
     auto normals = array_of<float>(blobs, message.normals(), "normals", 3);
     if (!normals.ok()) return normals.status();
@@ -146,6 +179,7 @@ std::span<const ShapeKindRow> curve_kinds() {
             if (!curves.ok()) return curves.status();
             curves->pieces = pieces_of(*curves);
             wanted.record.kind = ShapeKind::kCurves;
+            if (curves->key_segments > 0) wanted.record.flags |= kDeforms;
             wanted.record.quadric = static_cast<std::int32_t>(wanted.table.curves.size());
             wanted.table.curves.push_back(*std::move(curves));
             return absl::OkStatus();

@@ -35,6 +35,9 @@ absl::StatusOr<std::pair<Imath::V3d, Imath::V3d>> bounds_of_mesh(const v1::Trian
                                                                  const Transform& transform,
                                                                  const BlobSource& blobs);
 
+/// The segments between the keys of a mesh, or curves, that deform: Embree's limit.
+inline constexpr int kMostKeySegments = 128;
+
 // quadrics.cpp
 /// Has the parameters of `q` mapped as the shape says, after its own map.
 absl::Status compose_uv_map(const v1::Shape& shape, QuadricRecord& q);

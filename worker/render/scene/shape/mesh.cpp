@@ -15,16 +15,26 @@ namespace tessera::render {
 
 namespace {
 
-absl::StatusOr<BlobBytes> blob_of(const v1::TriangleMesh& mesh, const BlobSource& blobs) {
-  auto bytes = blobs(mesh.blob().digest());
-  if (!bytes.ok()) return located(bytes.status(), absl::StrCat("mesh ", mesh.blob().digest()));
+constexpr const char* kNotFinite = "a vertex is not finite once it is placed in the world";
+
+absl::StatusOr<BlobBytes> blob_of(const v1::BlobRef& mesh, const BlobSource& blobs) {
+  auto bytes = blobs(mesh.digest());
+  if (!bytes.ok()) return located(bytes.status(), absl::StrCat("mesh ", mesh.digest()));
   return bytes;
 }
 
-absl::StatusOr<wire::MeshView> view_of(const v1::TriangleMesh& mesh, const BlobBytes& blob) {
+absl::StatusOr<wire::MeshView> view_of(const v1::BlobRef& mesh, const BlobBytes& blob) {
   auto view = wire::decode_mesh(blob.bytes);
-  if (!view.ok()) return located(view.status(), absl::StrCat("mesh ", mesh.blob().digest()));
+  if (!view.ok()) return located(view.status(), absl::StrCat("mesh ", mesh.digest()));
   return view;
+}
+
+/// The kernels gather floats with 32-bit indices.
+absl::Status check_size(std::size_t vertices, std::size_t triangles) {
+  constexpr std::size_t kMost = std::numeric_limits<std::int32_t>::max() / 8;
+  if (vertices <= kMost && triangles <= kMost) return absl::OkStatus();
+  return absl::ResourceExhaustedError(
+      absl::StrCat("the scene has more than ", kMost, " vertices or triangles"));
 }
 
 /// Makes room for `size` elements: of one large mesh at once, as the array would be copied again and again.
@@ -88,18 +98,69 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
   }
 }
 
+/// Appends the vertices of a later key of the mesh `record`, which follow those before it.
+absl::Status append_key(const ShapeToAdd& wanted, const wire::MeshView& mesh) {
+  ShapeTable& table = wanted.table;
+  const ShapeRecord& record = wanted.record;
+  const auto count = static_cast<std::size_t>(record.vertex_count);
+  if (mesh.vertex_count() != count) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "it has ", mesh.vertex_count(), " vertices where the mesh that it is a key of has ", count));
+  }
+  const bool with_normals = (record.flags & kHasNormals) != 0;
+  if (with_normals && mesh.normals.empty())
+    return absl::InvalidArgumentError("it has no normals, where the mesh that it is a key of has some");
+  const std::size_t first = table.vertices.size();
+  if (auto s = check_size(first + count, 0); !s.ok()) return s;
+  if (!append_vertices(mesh, wanted.placed_from_object, table.vertices, wanted.stop))
+    return absl::InvalidArgumentError(kNotFinite);
+  Vertex* const placed = table.vertices.data() + first;
+  const Vertex* const own = table.vertices.data() + record.first_vertex;
+  for (std::size_t i = 0; i < count; ++i) placed[i].u = own[i].u, placed[i].v = own[i].v;
+  Transform object_from_placed;
+  if (with_normals && wanted.placed_from_object.invert(object_from_placed))
+    set_normals(mesh, object_from_placed, wanted.shape.reverse_orientation(), placed);
+  return absl::OkStatus();
+}
+
+absl::Status add_mesh(const ShapeToAdd& wanted) {
+  const v1::TriangleMesh& message = wanted.shape.mesh();
+  const auto add = [&](const v1::BlobRef& ref, auto&& append) {
+    const auto blob = blob_of(ref, wanted.blobs);
+    if (!blob.ok()) return blob.status();
+    const auto mesh = view_of(ref, *blob);
+    return mesh.ok() ? append(*mesh) : mesh.status();
+  };
+  if (auto s = add(message.blob(),
+                   [&](const wire::MeshView& mesh) {
+                     return add_mesh_arrays(wanted.shape, mesh, wanted.placed_from_object, wanted.table,
+                                            wanted.record, wanted.stop);
+                   });
+      !s.ok())
+    return s;
+  if (message.later_blobs().empty()) return absl::OkStatus();
+  if (message.later_blobs_size() > kMostKeySegments) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("it has ", message.later_blobs_size(), " later keys; at most ", kMostKeySegments));
+  }
+  wanted.record.flags |= kDeforms;
+  wanted.record.key_segments = message.later_blobs_size();
+  for (int i = 0; i < message.later_blobs_size(); ++i) {
+    const auto status =
+        add(message.later_blobs(i), [&](const wire::MeshView& mesh) { return append_key(wanted, mesh); });
+    if (!status.ok()) return located(status, absl::StrCat("later_blobs[", i, "]"));
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace
 
 std::span<const ShapeKindRow> mesh_kinds() {
-  static constexpr ShapeKindRow kMesh{.message = v1::Shape::kMesh, .add = [](const ShapeToAdd& wanted) {
-                                        const v1::TriangleMesh& message = wanted.shape.mesh();
-                                        const auto blob = blob_of(message, wanted.blobs);
-                                        if (!blob.ok()) return blob.status();
-                                        const auto mesh = view_of(message, *blob);
-                                        if (!mesh.ok()) return mesh.status();
-                                        return add_mesh_arrays(wanted.shape, *mesh, wanted.placed_from_object,
-                                                               wanted.table, wanted.record, wanted.stop);
-                                      }};
+  static constexpr ShapeKindRow kMesh{
+      .message = v1::Shape::kMesh, .add = add_mesh, .why_open = [](const v1::Shape& shape) -> const char* {
+        return shape.mesh().later_blobs().empty() ? nullptr
+                                                  : "a mesh that deforms cannot be part of a combination";
+      }};
   return {&kMesh, 1};
 }
 
@@ -108,12 +169,7 @@ absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
                              const std::stop_token& stop) {
   const std::size_t vertices = table.vertices.size() + mesh.vertex_count();
   const std::size_t triangles = table.triangles.size() / 3 + mesh.triangle_count();
-  constexpr std::size_t kMost =
-      std::numeric_limits<std::int32_t>::max() / 8;  // the kernels gather floats with 32-bit indices
-  if (vertices > kMost || triangles > kMost) {
-    return absl::ResourceExhaustedError(
-        absl::StrCat("the scene has more than ", kMost, " vertices or triangles"));
-  }
+  if (auto s = check_size(vertices, triangles); !s.ok()) return s;
   record.kind = ShapeKind::kTriangles;
   record.first_triangle = static_cast<std::int32_t>(table.triangles.size() / 3);
   record.triangle_count = static_cast<std::int32_t>(mesh.triangle_count());
@@ -122,9 +178,8 @@ absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
 
   reserve(vertices, table.vertices);
   reserve(3 * triangles, table.triangles);
-  if (!append_vertices(mesh, placed_from_object, table.vertices, stop)) {
-    return absl::InvalidArgumentError("a vertex is not finite once it is placed in the world");
-  }
+  if (!append_vertices(mesh, placed_from_object, table.vertices, stop))
+    return absl::InvalidArgumentError(kNotFinite);
   Vertex* placed = table.vertices.data() + record.first_vertex;
   Transform object_from_placed;
   const bool with_normals = !mesh.normals.empty() && placed_from_object.invert(object_from_placed);
@@ -140,9 +195,9 @@ absl::Status add_mesh_arrays(const v1::Shape& shape, const wire::MeshView& mesh,
 
 absl::StatusOr<CsgMesh> closed_mesh_of(const v1::TriangleMesh& mesh, const Transform& transform,
                                        const BlobSource& blobs) {
-  const auto blob = blob_of(mesh, blobs);
+  const auto blob = blob_of(mesh.blob(), blobs);
   if (!blob.ok()) return blob.status();
-  const auto view = view_of(mesh, *blob);
+  const auto view = view_of(mesh.blob(), *blob);
   if (!view.ok()) return view.status();
   return closed_mesh(*view, transform);
 }
@@ -150,9 +205,9 @@ absl::StatusOr<CsgMesh> closed_mesh_of(const v1::TriangleMesh& mesh, const Trans
 absl::StatusOr<std::pair<Imath::V3d, Imath::V3d>> bounds_of_mesh(const v1::TriangleMesh& mesh,
                                                                  const Transform& transform,
                                                                  const BlobSource& blobs) {
-  const auto blob = blob_of(mesh, blobs);
+  const auto blob = blob_of(mesh.blob(), blobs);
   if (!blob.ok()) return blob.status();
-  const auto view = view_of(mesh, *blob);
+  const auto view = view_of(mesh.blob(), *blob);
   if (!view.ok()) return view.status();
   Imath::V3d low(0, 0, 0), high(0, 0, 0);
   for (std::size_t i = 0; i < view->vertex_count(); ++i) {

@@ -4,6 +4,7 @@
 
 #include "render/film/summable.h"
 #include "render/sensor/sensor.h"
+#include "render/shape/key_vertices.h"
 #include "render/shape/place.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -24,6 +25,27 @@ Point moved(const ExactAffine& map, const Point& p) {
     result.x[i] = row[0] * p.x[0] + row[1] * p.x[1] + row[2] * p.x[2] + row[3];
   }
   return result;
+}
+
+/// A point of a shape's surface, which is at `local` at the time `now`, in the shape's own space at `time`.
+/// `u`, `v`: parameters of its hit.
+Point deformed(const ShapeTable& table, const ShapeRecord& shape, std::int32_t primitive, float u, float v,
+               const Point& local, float now, float time) {
+  if ((shape.flags & kDeforms) == 0) return local;
+  Point place = local;
+  if (shape.kind == ShapeKind::kTriangles) {
+    float corners[3][3];
+    corners_at(table, shape, primitive, time, corners);
+    for (int k = 0; k < 3; ++k)
+      place.x[k] = (1.0 - u - v) * corners[0][k] + double{u} * corners[1][k] + double{v} * corners[2][k];
+    return place;
+  }
+  // Across a strand it stays where it is.
+  double axis[3], axis_now[3];
+  const CurvesRecord& curves = table.curves[static_cast<std::size_t>(shape.quadric)];
+  axis_at(curves, primitive, u, time, axis), axis_at(curves, primitive, u, now, axis_now);
+  for (int k = 0; k < 3; ++k) place.x[k] += axis[k] - axis_now[k];
+  return place;
 }
 
 }  // namespace
@@ -67,8 +89,10 @@ void FirstHits::record_hit(const Hit& found, Float shape, Float instance, Int sl
 
 void FirstHits::record_motion(const Hit& found, Int slot, Mask hit) {
   const ShapeTable& table = scene_.shapes;
-  alignas(64) std::int32_t instance[kWidth], upper[kWidth], at[kWidth];
+  alignas(64) std::int32_t instance[kWidth], upper[kWidth], at[kWidth], shape[kWidth], primitive[kWidth];
+  alignas(64) float u[kWidth], v[kWidth];
   found.instance.store(instance), found.upper.store(upper), slot.store(at);
+  found.shape.store(shape), found.primitive.store(primitive), found.u.store(u), found.v.store(v);
   Vec3 open{Float(0.0f), Float(0.0f), Float(0.0f)}, closed = open;
   alignas(64) float places[2][3][kWidth] = {};
   for (std::uint32_t bits = hit.bits(); bits != 0; bits &= bits - 1) {
@@ -83,7 +107,10 @@ void FirstHits::record_motion(const Hit& found, Int slot, Mask hit) {
     };
     const Point local = moved(inverse(map_at(time_[sample])), p);
     for (int end = 0; end < 2; ++end) {
-      const Point place = moved(map_at(static_cast<float>(end)), local);
+      const auto time = static_cast<float>(end);
+      const Point there = deformed(table, table.shapes[static_cast<std::size_t>(shape[lane])],
+                                   primitive[lane], u[lane], v[lane], local, time_[sample], time);
+      const Point place = moved(map_at(time), there);
       for (int i = 0; i < 3; ++i) places[end][i][lane] = static_cast<float>(place.x[i]);
     }
   }
