@@ -1,5 +1,8 @@
 #include "wire/algorithm_fit.h"
 
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
+
 #include <algorithm>
 #include <map>
 #include <set>
@@ -41,22 +44,26 @@ bool moves(const v1::Shape& shape) {
          !shape.mesh().later_blobs().empty() || !shape.curves().later_points().empty();
 }
 
-bool differ(const v1::Point3& start, const v1::Point3& end) {
-  return start.x() != end.x() || start.y() != end.y() || start.z() != end.z();
-}
-
+/// Whether a light of any kind is elsewhere when the shutter closes: of each field `x_end`, `x` is the start.
 bool moves(const v1::Light& light) {
-  const v1::SpotLight& spot = light.spot();
-  return (light.point().has_position_end() &&
-          differ(light.point().position(), light.point().position_end())) ||
-         (spot.has_position_end() && differ(spot.position(), spot.position_end())) ||
-         (spot.has_target_end() && differ(spot.target(), spot.target_end())) ||
-         (spot.has_up_end() && differ(spot.up(), spot.up_end())) ||
-         (light.distant().has_direction_end() &&
-          differ(light.distant().direction(), light.distant().direction_end())) ||
-         differ(light.infinite().world_from_light(), light.infinite().world_from_light_end()) ||
-         differ(light.projection().world_from_light(), light.projection().world_from_light_end()) ||
-         differ(light.goniometric().world_from_light(), light.goniometric().world_from_light_end());
+  const auto* const kind =
+      light.GetReflection()->GetOneofFieldDescriptor(light, light.GetDescriptor()->FindOneofByName("kind"));
+  if (kind == nullptr) return false;
+  const google::protobuf::Message& own = light.GetReflection()->GetMessage(light, kind);
+  const google::protobuf::Reflection& fields = *own.GetReflection();
+  for (int i = 0; i < own.GetDescriptor()->field_count(); ++i) {
+    const auto* const end = own.GetDescriptor()->field(i);
+    constexpr std::string_view kEnd = "_end";
+    if (!end->name().ends_with(kEnd) || !fields.HasField(own, end)) continue;
+    const auto* const start =
+        own.GetDescriptor()->FindFieldByName(end->name().substr(0, end->name().size() - kEnd.size()));
+    const auto &first = fields.GetMessage(own, start), &last = fields.GetMessage(own, end);
+    const auto* const matrix = google::protobuf::DynamicCastToGenerated<v1::Matrix>(&first);
+    if (matrix == nullptr ? first.SerializeAsString() != last.SerializeAsString()
+                          : differ(*matrix, *google::protobuf::DynamicCastToGenerated<v1::Matrix>(&last)))
+      return true;
+  }
+  return false;
 }
 
 bool comes_from_infinity(const v1::Light& light) { return light.has_infinite() || light.has_distant(); }

@@ -71,12 +71,12 @@ TEST(MovingScene, LightsThatCannotMoveSoAreRefusedByName) {
         load_moving(absl::StrCat(kCamera, "lights { name: 'it' ", light, " }"), 3, blobs).status().message());
   };
   EXPECT_THAT(error_of("spot { target { z: 1 } intensity { constant: 1 } position_end { z: 1 } }"),
-              AllOf(HasSubstr("light 1 (it)"), HasSubstr("no direction")));
+              AllOf(HasSubstr("light 0 (it)"), HasSubstr("no direction")));
   EXPECT_THAT(error_of("distant { direction { z: 1 } direction_end { } irradiance { constant: 1 } }"),
-              AllOf(HasSubstr("light 1 (it)"), HasSubstr("no direction")));
+              AllOf(HasSubstr("light 0 (it)"), HasSubstr("no direction")));
   EXPECT_THAT(error_of("goniometric { intensity { constant: 1 } world_from_light_end { elements: "
                        "[1,0,0,0, 0,0,0,0, 0,0,1,0, 0,0,0,1] } }"),
-              AllOf(HasSubstr("light 1 (it)"), HasSubstr("singular")));
+              AllOf(HasSubstr("light 0 (it)"), HasSubstr("singular")));
   const std::string sky = "infinite { image { digest: 'sky' path: 'sky.pfm' } mapping: LATITUDE_LONGITUDE ",
                     texels(4 * 2 * 3 * sizeof(float), '\0');
   const TestBlobs blobs = {{"sky", "PF\n4 2\n-1.0\n" + texels}};
@@ -84,10 +84,10 @@ TEST(MovingScene, LightsThatCannotMoveSoAreRefusedByName) {
       error_of(sky + "world_from_light_end { elements: [0,1,0,0, -1,0,0,0, 0,0,1,0, 0,0,0,1] } portal { "
                      "z: 1 } portal { x: 1 z: 1 } portal { x: 1 y: 1 z: 1 } portal { y: 1 z: 1 } }",
                blobs),
-      AllOf(HasSubstr("light 1 (it)"), HasSubstr("portal")));
+      AllOf(HasSubstr("light 0 (it)"), HasSubstr("portal")));
   EXPECT_THAT(
       error_of(sky + "world_from_light_end { elements: [2,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1] } }", blobs),
-      AllOf(HasSubstr("light 1 (it)"), HasSubstr("angles")));
+      AllOf(HasSubstr("light 0 (it)"), HasSubstr("angles")));
 }
 
 wire::MeshData triangle(bool with_normals) {

@@ -7,6 +7,7 @@
 #include "render/light/environment.h"
 #include "render/scene/light/light_builder.h"
 #include "render/scene/light/light_values.h"
+#include "render/scene/light/moving_light.h"
 #include "render/scene/values/located.h"
 
 namespace tessera::render {
@@ -61,10 +62,9 @@ absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight
   return built;
 }
 
-absl::Status LightBuilder::add_infinite(const v1::Light& message, float scale) {
-  const v1::InfiniteLight& light = message.infinite();
+absl::Status LightBuilder::add_infinite(const v1::InfiniteLight& light, float scale) {
   if (light.has_scale()) scale *= light.scale();
-  const auto motion = motion_of_light(message);
+  const auto motion = motion_of_sky(light);
   if (!motion.ok()) return motion.status();
   auto environment = environment_of(light, scale);
   if (!environment.ok()) return environment.status();

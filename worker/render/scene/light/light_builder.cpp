@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "render/light/light_source.h"
 #include "render/light/selection/light_tree_build.h"
 #include "render/scene/light/light_values.h"
+#include "render/scene/light/moving_light.h"
 #include "render/scene/values/located.h"
 
 namespace tessera::render {
@@ -40,6 +42,11 @@ absl::Status put_rotation(Imath::V3d side, Imath::V3d axis, float (&rows)[9]) {
   return absl::OkStatus();
 }
 
+absl::Status set_motion(absl::StatusOr<Motion> found, Motion& motion) {
+  if (found.ok()) motion = *std::move(found);
+  return found.status();
+}
+
 /// A light of the kind `soft` if it has a radius.
 absl::Status set_radius(float radius, LightKind soft, LightRecord& record) {
   if (!(radius >= 0) || !std::isfinite(radius))
@@ -51,12 +58,18 @@ absl::Status set_radius(float radius, LightKind soft, LightRecord& record) {
 
 }  // namespace
 
-absl::Status LightBuilder::place(const v1::Matrix& matrix, LightRecord& record) const {
-  const auto world_from_light = Transform::from_proto(matrix);
+template <class Message>
+absl::Status LightBuilder::place(const Message& light, LightRecord& record, Motion& motion) const {
+  const auto world_from_light = Transform::from_proto(light.world_from_light());
   if (!world_from_light.ok()) return world_from_light.status();
   Transform light_from_world;
   if (!world_from_light->invert(light_from_world))
     return absl::InvalidArgumentError("its transform is singular");
+  if (auto s = set_motion(Motion::from_proto(light.world_from_light(), light.world_from_light_end()), motion);
+      !s.ok())
+    return s;
+  // A light that moves has the axes of its own space.
+  if (motion.moves()) light_from_world = {};
   put_vector(world_from_light->apply({0, 0, 0}) - inputs_.space.origin, record.position);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
@@ -116,14 +129,12 @@ void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
 absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
-  if (light.has_infinite()) return add_infinite(light, scale);
+  if (light.has_infinite()) return add_infinite(light.infinite(), scale);
   LightRecord record;
-  if (auto s = set_kind(light, scale, record); !s.ok()) return s;
-  const auto motion = motion_of_light(light);
-  if (!motion.ok()) return motion.status();
-  if (motion->moves()) {
-    put_into_own_space(light, record);
-    if (auto s = add_moving_light(*motion, record); !s.ok()) return s;
+  Motion motion(Transform{});
+  if (auto s = set_kind(light, scale, record, motion); !s.ok()) return s;
+  if (motion.moves()) {
+    if (auto s = add_moving_light(motion, record); !s.ok()) return s;
   } else {
     table_.lights.push_back(record);
   }
@@ -131,27 +142,31 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   return absl::OkStatus();
 }
 
-absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record) {
+absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record,
+                                    Motion& motion) {
   switch (light.kind_case()) {
     case v1::Light::kPoint:
       record.kind = LightKind::kPoint;
       put_vector(point_of(light.point().position()) - inputs_.space.origin, record.position);
       if (auto s = set_radius(light.point().radius(), LightKind::kSoftPoint, record); !s.ok()) return s;
+      if (auto s = set_motion(motion_of_point(light.point()), motion); !s.ok()) return s;
       return set_color(light.point().intensity(), scale, "colour", record);
     case v1::Light::kSpot:
       if (auto s = set_color(light.spot().intensity(), scale, "colour", record); !s.ok()) return s;
-      return set_spot(light.spot(), record);
+      if (auto s = set_spot(light.spot(), record); !s.ok()) return s;
+      return set_motion(motion_of_spot(light.spot()), motion);
     case v1::Light::kDistant:
       record.kind = LightKind::kDistant;
       if (auto s = set_color(light.distant().irradiance(), scale, "colour", record); !s.ok()) return s;
-      return put_unit(point_of(light.distant().direction()), record.direction);
+      if (auto s = put_unit(point_of(light.distant().direction()), record.direction); !s.ok()) return s;
+      return set_motion(motion_of_distant(light.distant()), motion);
     case v1::Light::kProjection:
       if (auto s = set_color(light.projection().intensity(), scale, "colour", record); !s.ok()) return s;
-      return set_projection(light.projection(), record);
+      return set_projection(light.projection(), record, motion);
     case v1::Light::kGoniometric:
       record.kind = LightKind::kGoniometric;
       if (auto s = set_color(light.goniometric().intensity(), scale, "colour", record); !s.ok()) return s;
-      if (auto s = place(light.goniometric().world_from_light(), record); !s.ok()) return s;
+      if (auto s = place(light.goniometric(), record, motion); !s.ok()) return s;
       return set_texture(light.goniometric().texture(), record);
     case v1::Light::kInfinite:
     case v1::Light::KIND_NOT_SET:
@@ -180,7 +195,8 @@ absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& reco
   return set_texture(spot.texture(), record);
 }
 
-absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection, LightRecord& record) {
+absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection, LightRecord& record,
+                                          Motion& motion) {
   record.kind = LightKind::kProjection;
   record.profile = projection.even_screen() ? kEvenScreen : kPlainProfile;
   const double aspect = projection.has_aspect() ? projection.aspect() : 1, fov = projection.fov_degrees();
@@ -191,7 +207,7 @@ absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection,
   const double tangent = std::tan(fov * kDegree / 2);
   record.tan_x = static_cast<float>(tangent * std::max(aspect, 1.0));
   record.tan_y = static_cast<float>(tangent * std::max(1 / aspect, 1.0));
-  if (auto s = place(projection.world_from_light(), record); !s.ok()) return s;
+  if (auto s = place(projection, record, motion); !s.ok()) return s;
   return set_texture(projection.texture(), record);
 }
 

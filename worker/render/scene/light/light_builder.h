@@ -57,11 +57,13 @@ class LightBuilder {
   absl::StatusOr<LightRecord> read_area_light(const v1::AreaLight& light);
   absl::Status add_area_light(const Emitter& emitter, ShapeTable& shapes);
   absl::Status add_light(const v1::Light& light);
-  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record);
+  /// `motion`: its way from its own space to the world, if it moves.
+  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, Motion& motion);
   absl::Status set_spot(const v1::SpotLight& spot, LightRecord& record);
-  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record);
+  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record, Motion& motion);
   /// Where a light with a rotation stands.
-  absl::Status place(const v1::Matrix& world_from_light, LightRecord& record) const;
+  template <class Message>
+  absl::Status place(const Message& light, LightRecord& record, Motion& motion) const;
   absl::Status set_texture(const std::string& name, LightRecord& record);
   absl::Status set_color(const v1::Spectrum& spectrum, float scale, const char* what, LightRecord& record);
   /// The lights that were added since are those of the latest set_color().
@@ -72,17 +74,15 @@ class LightBuilder {
   // moving_light.cpp
   /// The tables of lights that move, which have room for all lights so far.
   MovingLights& moving();
-  /// Takes a light of render space to the space that its motion begins in.
-  static void put_into_own_space(const v1::Light& light, LightRecord& record);
-  /// `own` has its own space.
-  absl::Status add_moving_light(const Motion& motion, const LightRecord& own);
+  /// `record` stands in render space, but has its directions in its own.
+  absl::Status add_moving_light(const Motion& motion, LightRecord record);
   /// The lights of a shape that moves; `light` has what they share.
   void add_moving_area_light(const Emitter& emitter, const LightRecord& light, const InstanceRecord& place,
                              ShapeTable& shapes);
   void add_moving_records(LightMotion motion, std::vector<LightRecord> own);
 
   // infinite_light.cpp
-  absl::Status add_infinite(const v1::Light& light, float scale);
+  absl::Status add_infinite(const v1::InfiniteLight& light, float scale);
   absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale) const;
   absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
 
@@ -92,13 +92,6 @@ class LightBuilder {
   SpectralEmission latest_;               // of the latest set_color()
   std::vector<std::int32_t> curves_;
 };
-
-/// The way of a light from its own space to the world, of those at infinity that of directions alone; stands
-/// still where it does. InvalidArgument where there is none.
-absl::StatusOr<Motion> motion_of_light(const v1::Light& light);
-
-/// The instance that places a shape of the world that moves; null for other shapes.
-const InstanceRecord* place_of_moving_shape(std::int32_t shape, const ShapeTable& shapes);
 
 /// Builds what lights are chosen by, as a job asks, of a scene within a sphere of render space, once all
 /// lights are there.

@@ -1,4 +1,6 @@
 // Lights that move: the way of each from its own space to render space, and its records there and here.
+#include "render/scene/light/moving_light.h"
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -45,6 +47,15 @@ absl::StatusOr<Transform> turn_between(const Imath::V3d& axis, const Imath::V3d&
          Transform{{x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0}};
 }
 
+LightKind moving_kind(const LightSource& still) {
+  if (still.traits.at_infinity)
+    return still.traits.delta ? LightKind::kMovingDistant : LightKind::kMovingInfinite;
+  if (!still.traits.delta) return LightKind::kMovingSurface;
+  return still.traits.extended ? LightKind::kMovingSoft : LightKind::kMovingPoint;
+}
+
+}  // namespace
+
 absl::StatusOr<Motion> motion_of_point(const v1::PointLight& light) {
   if (!light.has_position_end()) return Motion(Transform{});
   return Motion::between(Transform::translation(point_of(light.position())),
@@ -73,7 +84,6 @@ absl::StatusOr<Motion> motion_of_distant(const v1::DistantLight& light) {
   return Motion::between(Transform{}, *turn);
 }
 
-/// Directions alone; InvalidArgument for maps that change angles.
 absl::StatusOr<Motion> motion_of_sky(const v1::InfiniteLight& light) {
   if (light.world_from_light_end().elements().empty() || !light.has_image()) return Motion(Transform{});
   if (!light.portal().empty()) return absl::InvalidArgumentError("a light with a portal cannot move");
@@ -94,43 +104,6 @@ absl::StatusOr<Motion> motion_of_sky(const v1::InfiniteLight& light) {
     places[i] = frame_of(x / size, y / size, z / size, {0, 0, 0});
   }
   return Motion::between(places[0], places[1]);
-}
-
-LightKind moving_kind(const LightSource& still) {
-  if (still.traits.at_infinity)
-    return still.traits.delta ? LightKind::kMovingDistant : LightKind::kMovingInfinite;
-  if (!still.traits.delta) return LightKind::kMovingSurface;
-  return still.traits.extended ? LightKind::kMovingSoft : LightKind::kMovingPoint;
-}
-
-}  // namespace
-
-absl::StatusOr<Motion> motion_of_light(const v1::Light& light) {
-  switch (light.kind_case()) {
-    case v1::Light::kPoint:
-      return motion_of_point(light.point());
-    case v1::Light::kSpot:
-      return motion_of_spot(light.spot());
-    case v1::Light::kDistant:
-      return motion_of_distant(light.distant());
-    case v1::Light::kInfinite:
-      return motion_of_sky(light.infinite());
-    case v1::Light::kProjection:
-      return Motion::from_proto(light.projection().world_from_light(),
-                                light.projection().world_from_light_end());
-    case v1::Light::kGoniometric:
-      return Motion::from_proto(light.goniometric().world_from_light(),
-                                light.goniometric().world_from_light_end());
-    case v1::Light::KIND_NOT_SET:
-      break;
-  }
-  return Motion(Transform{});
-}
-
-void LightBuilder::put_into_own_space(const v1::Light& light, LightRecord& record) {
-  std::fill_n(record.position, 3, 0.0f);
-  if (!light.has_projection() && !light.has_goniometric()) return;
-  for (std::size_t i = 0; i < 9; ++i) record.vertices[i] = i % 4 == 0 ? 1.0f : 0.0f;
 }
 
 MovingLights& LightBuilder::moving() {
@@ -165,8 +138,9 @@ void LightBuilder::add_moving_records(LightMotion motion, std::vector<LightRecor
   }
 }
 
-absl::Status LightBuilder::add_moving_light(const Motion& motion, const LightRecord& own) {
-  const bool at_infinity = table_.sources(own.kind).traits.at_infinity;
+absl::Status LightBuilder::add_moving_light(const Motion& motion, LightRecord record) {
+  const bool at_infinity = table_.sources(record.kind).traits.at_infinity;
+  std::fill_n(record.position, 3, 0.0f);
   const Transform from_world = at_infinity ? Transform{} : inputs_.space.from_world;
   LightMotion steps{.first_step = static_cast<std::int32_t>(moving().steps.size()),
                     .segments = motion.segments()};
@@ -174,7 +148,7 @@ absl::Status LightBuilder::add_moving_light(const Motion& motion, const LightRec
                             moving().steps);
       !s.ok())
     return s;
-  add_moving_records(steps, {own});
+  add_moving_records(steps, {record});
   return absl::OkStatus();
 }
 
