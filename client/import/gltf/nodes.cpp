@@ -191,6 +191,17 @@ class Choreography {
     return followed([&](double t) { return world_at(node, open + t * (close - open)); }, std::move(times));
   }
 
+  /// The poses that skins and morph targets follow by straight pieces, between two times.
+  std::vector<LaterPose> later_poses(std::size_t node, double open, double close) const {
+    constexpr int kPieces = 4;
+    std::vector<LaterPose> poses;
+    for (int piece = 1; piece <= kPieces; ++piece) {
+      const double time = open + (close - open) * piece / kPieces;
+      poses.push_back({pose_at(node, time).weights, world_at(node, time)});
+    }
+    return poses;
+  }
+
  private:
   static constexpr double kNear = 1e-6;
 
@@ -215,7 +226,10 @@ void animate(Context& context, const std::vector<Channel>& channels, const std::
   const double open = opening_time(options, *options.time);
   std::vector<Pose> poses;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (options.shutter > 0) nodes[i].motion = animated.motion_of(i, open, open + options.shutter);
+    if (options.shutter > 0) {
+      nodes[i].motion = animated.motion_of(i, open, open + options.shutter);
+      nodes[i].later = animated.later_poses(i, open, open + options.shutter);
+    }
     poses.push_back(animated.pose_at(i, open));
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) nodes[i].pose = std::move(poses[i]);

@@ -21,6 +21,12 @@ struct Pose {
   Imath::M44d parent_from_node() const;
 };
 
+/// What a node is like while the shutter is open.
+struct LaterPose {
+  std::vector<double> weights;  // as in Pose
+  Imath::M44d world_from_node;
+};
+
 struct Node {
   const Json* json = nullptr;
   std::string place;
@@ -28,6 +34,7 @@ struct Node {
   Pose pose;
   Imath::M44d world_from_node;       // when the shutter opens
   std::vector<TimedPlacing> motion;  // of it while the shutter is open; fewer than two: it stands still
+  std::vector<LaterPose> later;      // at evenly spaced times until it closes; empty: it is not open
   bool is_in_scene = false;
 };
 

@@ -78,6 +78,32 @@ TEST_F(GltfScene, StandsWhereItsAnimationsHaveItAtTheTime) {
   EXPECT_EQ(place_at(0.75, "STEP"), 0);
 }
 
+TEST_F(GltfScene, LightsMoveWhileTheShutterIsOpen) {
+  Json document = triangle();
+  document["extensionsUsed"] = {"KHR_lights_punctual"};
+  document["extensions"]["KHR_lights_punctual"]["lights"] = {
+      {{"type", "point"}}, {{"type", "spot"}, {"spot", Json::object()}}, {{"type", "directional"}}};
+  for (int light = 0; light < 3; ++light) {
+    document["nodes"].push_back({{"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+    document["nodes"][0]["children"].push_back(2 + light);
+  }
+  document["nodes"][0]["children"].push_back(1);
+  document["scenes"][0]["nodes"] = {0};
+  GltfOptions options;
+  options.time = 0.25;
+  options.shutter = 0.5;
+  const ImportedScene moving = accepted(document, options);
+  const v1::Scene& scene = moving.scene;
+  EXPECT_EQ(scene.lights(0).point().position().x(), 0.5);
+  EXPECT_EQ(scene.lights(0).point().position_end().x(), 1.5);
+  EXPECT_EQ(scene.lights(1).spot().position_end().x(), 1.5);
+  EXPECT_EQ(scene.lights(1).spot().target_end().x(), 1.5);
+  EXPECT_EQ(scene.lights(2).distant().direction_end().z(), -1);
+  options.shutter = 0;
+  const ImportedScene still = accepted(document, options);
+  EXPECT_FALSE(still.scene.lights(0).point().has_position_end());
+}
+
 /// A quarter turn about z by the middle of the way from none to a half turn; a spline without tangents eases.
 TEST_F(GltfScene, TurnsAlongTheSphereAndEasesAlongSplines) {
   Json document = triangle();
@@ -177,6 +203,33 @@ TEST_F(GltfShapes, AreMorphedByTheWeightsOfTheirNode) {
   EXPECT_THAT(mesh_of(scene, scene.scene.shapes(0)).positions, ElementsAre(0, 0, 2, 1, 0, 0, 0, 1, 0));
 }
 
+TEST_F(GltfShapes, AreMorphedWhileTheShutterIsOpen) {
+  Json document = triangle();
+  const int target = add(document, "VEC3", 3, {0, 0, 4, 0, 0, 0, 0, 0, 0});
+  document["accessors"][target]["min"] = {0, 0, 0};
+  document["accessors"][target]["max"] = {0, 0, 4};
+  document["meshes"][0]["primitives"][0]["targets"] = {{{"POSITION", target}}};
+  document["meshes"][0]["weights"] = {0};
+  document["animations"][0]["samplers"].push_back(
+      {{"input", 2}, {"output", add(document, "SCALAR", 1, {0, 1})}});
+  document["animations"][0]["channels"].push_back(
+      {{"sampler", 1}, {"target", {{"node", 0}, {"path", "weights"}}}});
+  GltfOptions options;
+  options.time = 0.25;
+  options.shutter = 0.5;
+  const ImportedScene scene = accepted(document, options);
+  v1::Shape shape = scene.scene.shapes(0);
+  EXPECT_THAT(mesh_of(scene, shape).positions, ElementsAre(0, 0, 1, 1, 0, 0, 0, 1, 0));
+  ASSERT_GE(shape.mesh().later_blobs_size(), 2);
+  const int middle = shape.mesh().later_blobs_size() / 2 - 1, last = shape.mesh().later_blobs_size() - 1;
+  *shape.mutable_mesh()->mutable_blob() = scene.scene.shapes(0).mesh().later_blobs(middle);
+  EXPECT_THAT(mesh_of(scene, shape).positions, ElementsAre(0, 0, 2, 1, 0, 0, 0, 1, 0));
+  *shape.mutable_mesh()->mutable_blob() = scene.scene.shapes(0).mesh().later_blobs(last);
+  EXPECT_THAT(mesh_of(scene, shape).positions, ElementsAre(0, 0, 3, 1, 0, 0, 0, 1, 0));
+  // The node moves, too.
+  EXPECT_THAT(place_of(shape.motion().rbegin()->place()), ElementsAre(1.5, 0, 0));
+}
+
 TEST_F(GltfShapes, AreBentByTheirSkinWhereverTheirNodeStands) {
   Json document = triangle();
   document["nodes"].push_back({{"translation", {0, 0, 1}}});
@@ -200,6 +253,18 @@ TEST_F(GltfShapes, AreBentByTheirSkinWhereverTheirNodeStands) {
   const ImportedScene scene = accepted(document);
   EXPECT_THAT(mesh_of(scene, scene.scene.shapes(0)).positions, ElementsAre(0, 0, -2, 1, 0, -2, 0, 1, -2));
   EXPECT_THAT(place_of(scene.scene.shapes(0).world_from_object()), ElementsAre(0, 0, 0));
+  // The joint goes on by 2 along x in a second.
+  document["animations"][0]["channels"][0]["target"]["node"] = 2;
+  document["animations"][0]["samplers"][0]["output"] = add(document, "VEC3", 3, {0, 0, 1, 2, 0, 1});
+  GltfOptions options;
+  options.time = 0;
+  options.shutter = 1;
+  const ImportedScene moving = accepted(document, options);
+  v1::Shape shape = moving.scene.shapes(0);
+  ASSERT_FALSE(shape.mesh().later_blobs().empty());
+  EXPECT_TRUE(shape.motion().empty());
+  *shape.mutable_mesh()->mutable_blob() = *shape.mesh().later_blobs().rbegin();
+  EXPECT_THAT(mesh_of(moving, shape).positions, ElementsAre(2, 0, -2, 3, 0, -2, 2, 1, -2));
 }
 
 TEST_F(GltfShapes, AreInstancedByExtensionAndBySeveralNodes) {

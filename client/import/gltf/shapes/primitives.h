@@ -25,6 +25,8 @@ struct Primitive {
 struct Deformation {
   std::vector<double> weights;                // weights of the morph targets
   std::vector<Imath::M44d> world_from_joint;  // inverse bind matrices included; empty: no skin
+
+  bool operator==(const Deformation&) const = default;
 };
 
 class PrimitiveReader {

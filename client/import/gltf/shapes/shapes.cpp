@@ -52,8 +52,9 @@ class ShapeWriter {
     return node.is_in_scene ? index_of(node.json, "mesh") : std::nullopt;
   }
   const Json& mesh_json(std::size_t mesh) const { return *element(&context_.document, "meshes", mesh); }
-  std::vector<double> weights_of(const Node& node, std::size_t mesh) const {
-    if (!node.pose.weights.empty()) return node.pose.weights;
+  /// Those of a pose, or else of the mesh.
+  std::vector<double> weights_of(const std::vector<double>& of_pose, std::size_t mesh) const {
+    if (!of_pose.empty()) return of_pose;
     std::vector<double> weights;
     for (std::size_t i = 0; i < size_of(&mesh_json(mesh), "weights"); ++i)
       weights.push_back(element(&mesh_json(mesh), "weights", i)->get<double>());
@@ -62,7 +63,7 @@ class ShapeWriter {
   bool is_deformed(const Node& node, std::size_t mesh) const {
     return index_of(node.json, "skin").has_value() ||
            (size_of(element(&mesh_json(mesh), "primitives", 0), "targets") > 0 &&
-            !weights_of(node, mesh).empty());
+            !weights_of(node.pose.weights, mesh).empty());
   }
   std::size_t count_of(const Node& node) const {
     const Json* attributes = member(extension(node.json, kInstancing), "attributes");
@@ -83,7 +84,9 @@ class ShapeWriter {
     return index_of(&primitive, "material");
   }
 
-  std::vector<Part> read_mesh(std::size_t mesh, const Deformation& deformation) {
+  /// `later`: deformations while the shutter is open.
+  std::vector<Part> read_mesh(std::size_t mesh, const Deformation& deformation,
+                              const std::vector<Deformation>& later = {}) {
     std::vector<Part> parts;
     const Json& json = mesh_json(mesh);
     for (std::size_t p = 0; p < size_of(&json, "primitives") && !context_.diagnostics.full(); ++p) {
@@ -94,6 +97,12 @@ class ShapeWriter {
           reader_.read(primitive, place, materials_.texture_set(material), deformation);
       if (!read || context_.diagnostics.has_errors()) continue;
       parts.push_back(make_part(*read, materials_.use(material, read->vertices())));
+      for (const Deformation& next : later) {
+        const std::optional<Primitive> key =
+            reader_.read(primitive, place, materials_.texture_set(material), next);
+        if (!key || context_.diagnostics.has_errors()) break;
+        add_key(*key, parts.back());
+      }
     }
     return parts;
   }
@@ -122,6 +131,16 @@ class ShapeWriter {
     return part;
   }
 
+  void add_key(const Primitive& primitive, Part& part) {
+    *part.shape.mutable_mesh()->add_later_blobs() =
+        context_.blobs.add_bytes(wire::encode_mesh(primitive.mesh));
+    Extent box;
+    box.add(part.low), box.add(part.high);
+    const std::vector<float>& p = primitive.mesh.positions;
+    for (std::size_t i = 0; i + 2 < p.size(); i += 3) box.add({p[i], p[i + 1], p[i + 2]});
+    part.low = box.low, part.high = box.high;
+  }
+
   const std::vector<Part>& parts_of(std::size_t mesh) {
     const auto [known, is_new] = parts_.try_emplace(mesh);
     if (is_new) known->second = read_mesh(mesh, {});
@@ -131,10 +150,15 @@ class ShapeWriter {
   void write_node(const Node& node, std::size_t mesh, bool is_shared) {
     if (is_deformed(node, mesh)) {
       Deformation deformation;
-      deformation.weights = weights_of(node, mesh);
+      std::vector<Deformation> later(node.later.size());
+      deformation.weights = weights_of(node.pose.weights, mesh);
+      for (std::size_t k = 0; k < later.size(); ++k)
+        later[k].weights = weights_of(node.later[k].weights, mesh);
       const auto skin = index_of(node.json, "skin");
-      if (skin && !read_skin(*skin, deformation.world_from_joint)) return;
-      place(read_mesh(mesh, deformation), node, skin ? Imath::M44d() : node.world_from_node);
+      if (skin && !read_skin(*skin, deformation, later)) return;
+      if (std::ranges::all_of(later, [&](const Deformation& next) { return next == deformation; }))
+        later.clear();
+      place(read_mesh(mesh, deformation, later), node, skin ? Imath::M44d() : node.world_from_node);
       return;
     }
     const std::vector<Part>& parts = parts_of(mesh);
@@ -179,7 +203,7 @@ class ShapeWriter {
     return result;
   }
 
-  bool read_skin(std::size_t skin, std::vector<Imath::M44d>& world_from_joint) {
+  bool read_skin(std::size_t skin, Deformation& deformation, std::vector<Deformation>& later) {
     const Json& json = *element(&context_.document, "skins", skin);
     const std::string place = below("/skins", skin);
     const auto matrices = index_of(&json, "inverseBindMatrices");
@@ -195,7 +219,12 @@ class ShapeWriter {
       Imath::M44d joint_from_mesh;
       for (std::size_t i = 0; i < 16 && inverse_bind; ++i)
         joint_from_mesh[static_cast<int>(i / 4)][i % 4] = (*inverse_bind)[16 * j + i];
-      world_from_joint.push_back(joint_from_mesh * nodes_[node].world_from_node);
+      deformation.world_from_joint.push_back(joint_from_mesh * nodes_[node].world_from_node);
+      for (std::size_t k = 0; k < later.size(); ++k) {
+        const std::vector<LaterPose>& poses = nodes_[node].later;
+        later[k].world_from_joint.push_back(
+            joint_from_mesh * (poses.empty() ? nodes_[node].world_from_node : poses[k].world_from_node));
+      }
     }
     return true;
   }
