@@ -65,9 +65,12 @@ absl::Status status_of(const std::vector<SceneFault>& faults, const ImportedScen
   std::vector<Diagnostic> located;
   for (const SceneFault& fault : faults) {
     const auto known = scene.places.find(fault.element);
+    const auto field = scene.field_places.find({fault.element, fault.field});
     const std::string title = fault.place.empty() ? "" : concat(fault.place, ": ");
-    Diagnostic& place = located.emplace_back(known == scene.places.end() ? Diagnostic{scene.file, 0, 0, title}
-                                                                         : known->second);
+    Diagnostic& place =
+        located.emplace_back(field != scene.field_places.end() ? field->second
+                             : known != scene.places.end()     ? known->second
+                                                               : Diagnostic{scene.file, 0, 0, title});
     place.message += fault.message;
   }
   std::ranges::stable_sort(

@@ -18,6 +18,7 @@ struct SceneFault {
   const void* element;  // part of the scene's message
   std::string place;    // "shape 12 (lamp)", for people
   std::string message;
+  int field = 0;  // number of the element's field that is at fault; 0: not known
 };
 
 struct ImportOptions {

@@ -14,7 +14,7 @@ std::vector<SceneFault> faults_of(const ImportedScene& imported, const Find& fin
   const SceneBlobs source(blobs);
   std::vector<SceneFault> faults;
   for (render::SceneFault& fault : find([&](const std::string& digest) { return source.bytes(digest); }))
-    faults.push_back({fault.element, std::move(fault.place), std::move(fault.message)});
+    faults.push_back({fault.element, std::move(fault.place), std::move(fault.message), fault.field});
   return faults;
 }
 

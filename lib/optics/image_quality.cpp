@@ -5,6 +5,7 @@
 #include <numbers>
 
 #include "optics/pupil.h"
+#include "optics/reflectance.h"
 
 namespace tessera::optics {
 
@@ -13,17 +14,6 @@ namespace {
 using std::numbers::pi;
 
 constexpr double kLineF = 486.13, kLineC = 656.27;
-
-double reflectance(const Surface& surface, double before, double behind, double nm) {
-  const auto amplitude = [](double a, double b) { return (a - b) / (a + b); };
-  if (before == behind) return 0;
-  if (!surface.coating) return std::pow(amplitude(before, behind), 2);
-  // Two surfaces and what goes to and fro between them [Born & Wolf 1999, section 1.6.4].
-  const double n = surface.coating->index, phase = 4 * pi * n * surface.coating->thickness_nm / nm;
-  const double first = amplitude(before, n), second = amplitude(n, behind);
-  const std::complex<double> turn = std::polar(1.0, phase);
-  return std::norm((first + second * turn) / (1.0 + first * second * turn));
-}
 
 /// Irradiance through an outline of the plane, at a point of the film; and the outline's area.
 struct Light {
@@ -138,7 +128,7 @@ double transmittance(const LensSystem& lens, double nm) {
   double part = 1, before = 1;
   for (const auto& element : lens.elements()) {
     const double behind = element.surface.behind.eta(nm);
-    part *= 1 - reflectance(element.surface, before, behind, nm);
+    part *= 1 - reflectance(before, behind, element.surface.coating, 1, nm);
     before = behind;
   }
   return part;

@@ -1,11 +1,10 @@
 #include "optics/lens_system.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
 
-#include "absl/strings/str_cat.h"
+#include "optics/reflectance.h"
 
 namespace tessera::optics {
 
@@ -45,8 +44,6 @@ Across across_of(const Surface& surface) {
   return {false, std::cos(angle), std::sin(angle)};
 }
 
-void fault(std::vector<Fault>& faults, std::string message) { faults.push_back({0, 0, std::move(message)}); }
-
 }  // namespace
 
 bool LensSystem::passes(const Element& element, Vector at) const {
@@ -59,9 +56,9 @@ bool LensSystem::passes(const Element& element, Vector at) const {
   return std::sqrt(h2) * std::cos(from_edge) <= radius * std::cos(sector / 2);
 }
 
-/// Moves the ray to the element and refracts it there, without a look at its aperture.
-bool LensSystem::step(const Element& element, double eta_before, double eta_behind, Ray& ray) const {
-  if (ray.direction.z == 0) return false;
+/// Moves the ray to the element, without a look at its aperture; returns a normal there, of any length.
+std::optional<Vector> LensSystem::meet(const Element& element, Ray& ray) {
+  if (ray.direction.z == 0) return std::nullopt;
   const Across across = across_of(element.surface);
   const auto project = [&](Vector v) {
     if (across.all) return v;
@@ -77,7 +74,7 @@ bool LensSystem::step(const Element& element, double eta_before, double eta_behi
                qb = d.z - c * (p_across.x * d_across.x + p_across.y * d_across.y),
                qc = c * (p_across.x * p_across.x + p_across.y * p_across.y);
   const double under = qb * qb - qa * qc;
-  if (!(under >= 0)) return false;
+  if (!(under >= 0)) return std::nullopt;
   double t = qc / (qb + std::copysign(std::sqrt(under), d.z));
   Vector normal{0, 0, 1};
   const bool aspheric = !element.surface.aspheric.empty();
@@ -85,20 +82,28 @@ bool LensSystem::step(const Element& element, double eta_before, double eta_behi
   for (int i = 0; i < (aspheric ? kMostSteps : 1); ++i) {
     const Vector at = project(p + d * t);
     const auto sag = sag_of(element, at.x * at.x + at.y * at.y);
-    if (!sag) return false;
+    if (!sag) return std::nullopt;
     normal = {-2 * sag->slope * at.x, -2 * sag->slope * at.y, 1};
     if (!aspheric) break;
     const double off = p.z + d.z * t - sag->z, along = dot(normal, d);
-    if (along == 0) return false;
+    if (along == 0) return std::nullopt;
     t -= off / along;
     if (std::abs(off) < 1e-12) break;
-    if (i + 1 == kMostSteps && !(std::abs(off) < 1e-9)) return false;
+    if (i + 1 == kMostSteps && !(std::abs(off) < 1e-9)) return std::nullopt;
   }
   ray.origin = p + d * t;
   ray.origin.z += element.z;
+  return normal;
+}
+
+/// Moves the ray to the element and refracts it there.
+bool LensSystem::step(const Element& element, double eta_before, double eta_behind, Ray& ray) const {
+  const auto met = meet(element, ray);
+  if (!met) return false;
   if (eta_before == eta_behind) return true;
   // Snell's law, the normal being on the side that the ray goes to.
-  normal = unit(normal);
+  const Vector d = ray.direction;
+  Vector normal = unit(*met);
   double cosine = dot(normal, d);
   if (cosine < 0) normal = normal * -1, cosine = -cosine;
   const double eta = eta_before / eta_behind, squared = 1 - eta * eta * (1 - cosine * cosine);
@@ -124,7 +129,81 @@ struct LensSystem::Walk {
     if (!lens.step(element, to_scene ? behind : before, to_scene ? before : behind, ray)) return false;
     return !stopped || lens.passes(element, ray.origin);
   }
+  /// The same with what it loses, of a ray that is refracted or reflected.
+  bool meets(std::size_t i, bool to_scene, bool reflects, DimmedRay& dimmed) const {
+    const Element& element = lens.elements_[i];
+    Ray& ray = dimmed.ray;
+    if (!(to_scene ? ray.direction.z > 0 : ray.direction.z < 0)) return false;
+    const double from = to_scene ? eta_behind(i) : eta_before(i),
+                 to = to_scene ? eta_before(i) : eta_behind(i);
+    Ray there = ray;
+    const auto met = meet(element, there);
+    if (!met || (stopped && !lens.passes(element, there.origin))) return false;
+    const Vector normal = unit(*met);
+    const double cosine = dot(normal, ray.direction);
+    const double part = reflectance(from, to, element.surface.coating, cosine, nm);
+    if (reflects) {
+      there.direction = ray.direction - normal * (2 * cosine);
+      ray = there;
+    } else if (!lens.step(element, from, to, ray)) {
+      return false;
+    }
+    dimmed.part *= reflects ? part : 1 - part;
+    return true;
+  }
 };
+
+std::optional<DimmedRay> LensSystem::follow(Ray ray, bool to_scene, const Bounce* bounce, double nm,
+                                            bool stopped) const {
+  const Walk walk{*this, nm, stopped};
+  DimmedRay dimmed{ray};
+  // Surfaces in the order in which the ray comes to them.
+  const std::size_t n = elements_.size();
+  const auto numbered = [&](std::size_t at) { return to_scene ? n - 1 - at : at; };
+  std::size_t first = n, second = n;
+  if (bounce != nullptr) {
+    first = to_scene ? n - 1 - bounce->near_scene : bounce->near_film;
+    second = to_scene ? n - 1 - bounce->near_film : bounce->near_scene;
+  }
+  for (std::size_t at = 0; at < n && at <= first; ++at)
+    if (!walk.meets(numbered(at), to_scene, at == first, dimmed)) return std::nullopt;
+  if (bounce == nullptr) return dimmed;
+  for (std::size_t at = first; at-- > second;)
+    if (!walk.meets(numbered(at), !to_scene, at == second, dimmed)) return std::nullopt;
+  for (std::size_t at = second + 1; at < n; ++at)
+    if (!walk.meets(numbered(at), to_scene, false, dimmed)) return std::nullopt;
+  return dimmed;
+}
+
+std::optional<DimmedRay> LensSystem::refracted_to_film(Ray ray, double nm) const {
+  return follow(ray, false, nullptr, nm, true);
+}
+
+std::optional<DimmedRay> LensSystem::refracted_to_scene(Ray ray, double nm) const {
+  return follow(ray, true, nullptr, nm, true);
+}
+
+std::optional<DimmedRay> LensSystem::reflected_to_film(Ray ray, const Bounce& bounce, double nm,
+                                                       bool stopped) const {
+  return follow(ray, false, &bounce, nm, stopped);
+}
+
+std::optional<DimmedRay> LensSystem::reflected_to_scene(Ray ray, const Bounce& bounce, double nm) const {
+  return follow(ray, true, &bounce, nm, true);
+}
+
+std::vector<Bounce> LensSystem::bounces(double nm) const {
+  const Walk walk{*this, nm};
+  std::vector<std::size_t> reflecting;
+  for (std::size_t i = 0; i < elements_.size(); ++i) {
+    if (reflectance(walk.eta_before(i), walk.eta_behind(i), elements_[i].surface.coating, 1, nm) > 0)
+      reflecting.push_back(i);
+  }
+  std::vector<Bounce> bounces;
+  for (std::size_t k = 0; k < reflecting.size(); ++k)
+    for (std::size_t i = 0; i < k; ++i) bounces.push_back({reflecting[i], reflecting[k]});
+  return bounces;
+}
 
 std::optional<Ray> LensSystem::to_scene(Ray ray, double nm) const {
   const Walk walk{*this, nm};
@@ -178,158 +257,6 @@ void LensSystem::place(double back_distance) {
     elements_[i].z = z;
     if (i > 0) z += elements_[i - 1].surface.thickness;
   }
-}
-
-bool LensSystem::set_stop(std::vector<Fault>& faults) {
-  Surface& stop = elements_[stop_].surface;
-  const double most = stop.diameter, pupil = std::abs(paraxial_.entrance_magnification);
-  const double own_number = paraxial_.focal_length() / (most * pupil);
-  double wanted = use_.stop_diameter > 0 ? use_.stop_diameter : most;
-  if (use_.f_number > 0) wanted = paraxial_.focal_length() / (use_.f_number * pupil);
-  // Names of lenses have rounded f-numbers: f/1.4 may be f/1.43.
-  constexpr double kRounding = 1.03;
-  if (!(wanted <= most * kRounding)) {
-    fault(faults, use_.f_number > 0
-                      ? absl::StrCat("f/", use_.f_number, " would need a stop of ", wanted,
-                                     " mm, larger than its element, which has ", most, " mm: f/", own_number,
-                                     " is the lens's own")
-                      : absl::StrCat("an aperture of ", wanted,
-                                     " mm is larger than its element: the stop has ", most, " mm"));
-    return false;
-  }
-  if (!(wanted >= kLeastDiameter)) {
-    fault(faults, use_.f_number > 0
-                      ? absl::StrCat("f/", use_.f_number, " would need a stop of ", wanted, " mm; ",
-                                     kLeastDiameter, " mm is the least")
-                      : absl::StrCat("a stop of ", wanted, " mm; ", kLeastDiameter, " mm is the least"));
-    return false;
-  }
-  stop.diameter = std::min(wanted, most);
-  use_.stop_diameter = stop.diameter;
-  use_.f_number = paraxial_.focal_length() / (stop.diameter * pupil);
-  return true;
-}
-
-bool LensSystem::set_focus(std::vector<Fault>& faults) {
-  const Paraxial& lens = paraxial_;
-  double back = lens.back_focus();
-  if (std::isfinite(use_.focus)) {
-    // The distance of the film behind the lens at which the thing, film and lens add up: a quadratic
-    // equation.
-    const double between = use_.focus - lens.length, p = -lens.c, e = lens.d - lens.a;
-    const double q = lens.c * between + e, r = lens.a * between + lens.b, under = q * q - 4 * p * r;
-    const double half = 2 * lens.c * e - 4 * p * lens.a, rest = e * e - 4 * p * lens.b;
-    const double nearest =
-        (-half + std::sqrt(std::max(half * half - 4 * lens.c * lens.c * rest, 0.0))) / (2 * lens.c * lens.c) +
-        lens.length;
-    back = 2 * r / (-q + std::sqrt(std::max(under, 0.0)));
-    if (!(under >= 0) || !(-q > 0) || !(use_.focus > 0) || !(use_.focus - lens.length - back > 0)) {
-      fault(faults, absl::StrCat("a focus ", use_.focus, " mm from the film is nearer than possible; ",
-                                 std::ceil(nearest), " mm is the least"));
-      return false;
-    }
-  }
-  if (!(back > 0)) {
-    fault(faults,
-          absl::StrCat("what is sharp would be ", -back, " mm within the lens, before its last surface"));
-    return false;
-  }
-  place(back);
-  return true;
-}
-
-/// Moves the film to where rays along the axis, all of the aperture, meet best (least squares).
-bool LensSystem::refine_focus(std::vector<Fault>& faults) {
-  constexpr int kRounds = 4, kRays = 32;
-  for (int round = 0; round < kRounds; ++round) {
-    const double front = elements_.front().z, pupil_z = front - paraxial_.entrance_pupil;
-    const double pupil = std::abs(paraxial_.entrance_magnification) * elements_[stop_].surface.diameter / 2;
-    double sum = 0, squares = 0;
-    for (int i = 0; i < 2 * kRays; ++i) {
-      const int ray_of_axis = i / 2;
-      const double height = pupil * std::sqrt((ray_of_axis + 0.5) / kRays);
-      const Vector in{i % 2 == 0 ? height : 0, i % 2 == 0 ? 0 : height, pupil_z};
-      Ray ray{in, {0, 0, -1}};
-      if (std::isfinite(use_.focus)) ray = {{0, 0, use_.focus}, unit(in - Vector{0, 0, use_.focus})};
-      if (pupil_z >= use_.focus) continue;
-      const auto out = to_film(ray, kLineD);
-      if (!out) continue;
-      const Vector at = at_plane(*out, 0);
-      const double dx = out->direction.x / out->direction.z, dy = out->direction.y / out->direction.z;
-      sum += at.x * dx + at.y * dy, squares += dx * dx + dy * dy;
-    }
-    if (!(squares > 0)) break;  // check_light() says why
-    const double back = elements_.back().z + sum / squares;
-    if (!(back > 0)) {
-      fault(faults, "the rays along the axis meet within the lens");
-      return false;
-    }
-    place(back);
-  }
-  return true;
-}
-
-/// Whether any light reaches the middle of the film.
-bool LensSystem::check_light(std::vector<Fault>& faults) const {
-  std::vector<int> ended(elements_.size());
-  const Element& last = elements_.back();
-  // A small stop lets nothing but rays close to the axis through.
-  if (end_of({{0, 0, 0}, {0, 0, 1}}, kLineD) == elements_.size()) return true;
-  constexpr int kRings = 64, kTurns = 16;
-  for (int i = 0; i < kRings * kTurns; ++i) {
-    const int ring = i / kTurns;
-    const double r = last.surface.diameter / 2 * (ring + 0.5) / kRings, turn = 2 * pi * (i % kTurns) / kTurns;
-    const std::size_t end =
-        end_of({{0, 0, 0}, unit({r * std::cos(turn), r * std::sin(turn), last.z})}, kLineD);
-    if (end == elements_.size()) return true;
-    ++ended[end];
-  }
-  const auto most = static_cast<std::size_t>(std::max_element(ended.begin(), ended.end()) - ended.begin());
-  faults.push_back(
-      {elements_[most].surface.line, 0,
-       absl::StrCat("no ray from the middle of the film gets through; most end at surface ", most + 1)});
-  return false;
-}
-
-std::optional<LensSystem> LensSystem::focus(const Prescription& lens, const LensUse& use,
-                                            std::vector<Fault>& faults) {
-  const std::size_t before = faults.size();
-  const std::vector<Fault> own = faults_of(lens);
-  faults.insert(faults.end(), own.begin(), own.end());
-  const auto is_size = [](double x) { return x >= 0 && std::isfinite(x); };
-  if (!(use.focus > 0)) fault(faults, absl::StrCat("a focus at a distance of ", use.focus, " mm"));
-  if (!is_size(use.f_number)) fault(faults, absl::StrCat("f/", use.f_number, " is no f-number"));
-  if (!is_size(use.stop_diameter))
-    fault(faults, absl::StrCat("a stop of ", use.stop_diameter, " mm is none"));
-  if (use.f_number > 0 && use.stop_diameter > 0)
-    fault(faults, "an f-number and a diameter of the stop exclude each other");
-  if (use.blades != 0 && (use.blades < 3 || use.blades > 64))
-    fault(faults, absl::StrCat("a stop has 3 to 64 blades, not ", use.blades));
-  if (!std::isfinite(use.blade_degrees)) fault(faults, "the blades' angle is not finite");
-  if (faults.size() > before) return std::nullopt;
-
-  LensSystem system;
-  system.lens_ = lens, system.use_ = use;
-  constexpr double kAsGoodAsInfinite = 1e12;  // differences of such distances lose their digits
-  if (use.focus > kAsGoodAsInfinite) system.use_.focus = HUGE_VAL;
-  for (std::size_t i = 0; i < lens.surfaces.size(); ++i) {
-    const Surface& surface = lens.surfaces[i];
-    system.elements_.push_back({surface, 0, surface.radius != 0 ? -1 / surface.radius : 0});
-    if (surface.stop) system.stop_ = i;
-    if (surface.cylindrical) system.round_ = false;
-    if (surface.behind.dispersion) system.disperses_ = true;
-  }
-  if (use.blades != 0) system.round_ = false;
-  system.paraxial_ = paraxial_of(lens, kLineD);
-  if (!(system.paraxial_.c < 0) || !std::isfinite(system.paraxial_.focal_length())) {
-    fault(faults, absl::StrCat("its focal length is ", system.paraxial_.focal_length(),
-                               " mm: it casts no image on a film"));
-    return std::nullopt;
-  }
-  if (system.set_stop(faults) && system.set_focus(faults) && system.refine_focus(faults) &&
-      system.check_light(faults))
-    return system;
-  return std::nullopt;
 }
 
 }  // namespace tessera::optics

@@ -24,6 +24,17 @@ struct LensUse {
   double blade_degrees = 0;  // direction of the polygon's first corner, from x towards y
 };
 
+/// Two surfaces that reflect light on its way, the one nearer to the film first; numbers of elements.
+struct Bounce {
+  std::size_t near_scene = 0, near_film = 0;
+};
+
+/// A ray that has lost light to Fresnel's reflections.
+struct DimmedRay {
+  Ray ray;
+  double part = 1;  // of its light
+};
+
 class LensSystem {
  public:
   struct Element {
@@ -52,6 +63,17 @@ class LensSystem {
   /// to_scene() without apertures.
   std::optional<Ray> unstopped(Ray ray, double nm) const;
 
+  /// to_film() and to_scene(), with what surfaces let through of the light.
+  std::optional<DimmedRay> refracted_to_film(Ray ray, double nm) const;
+  std::optional<DimmedRay> refracted_to_scene(Ray ray, double nm) const;
+  /// Follows a ray that both surfaces reflect, and all that it crosses refract: to the film, or from it to
+  /// the scene. Nothing where it does not come so far; with `stopped` false apertures let all through.
+  std::optional<DimmedRay> reflected_to_film(Ray ray, const Bounce& bounce, double nm,
+                                             bool stopped = true) const;
+  std::optional<DimmedRay> reflected_to_scene(Ray ray, const Bounce& bounce, double nm) const;
+  /// All pairs of surfaces that reflect anything along the axis.
+  std::vector<Bounce> bounces(double nm) const;
+
   const std::vector<Element>& elements() const { return elements_; }  // from the scene to the film
   std::size_t stop() const { return stop_; }
   const LensUse& use() const { return use_; }
@@ -76,6 +98,9 @@ class LensSystem {
   bool check_light(std::vector<Fault>& faults) const;
   bool passes(const Element& element, Vector at) const;
   bool step(const Element& element, double eta_before, double eta_behind, Ray& ray) const;
+  static std::optional<Vector> meet(const Element& element, Ray& ray);
+  std::optional<DimmedRay> follow(Ray ray, bool to_scene, const Bounce* bounce, double nm,
+                                  bool stopped) const;
 
   Prescription lens_;
   LensUse use_;

@@ -43,7 +43,7 @@ class Check {
  private:
   template <class... Text>
   void add(std::size_t i, const Text&... text) {
-    faults_.push_back({lens_.surfaces[i].line, 0, absl::StrCat("surface ", i + 1, ": ", text...)});
+    faults_.push_back({lens_.surfaces[i].line, 0, absl::StrCat("surface ", i + 1, ": ", text...), i + 1});
   }
 
   void check_surface(std::size_t i) {

@@ -54,6 +54,7 @@ struct Fault {
   int line = 0, column = 0;  // of the file, from 1; 0: not known
   std::string message;
   std::size_t surface = 0;  // from 1; 0: none of them
+  const char* use = "";     // name of the member of LensUse that is at fault; empty: none of them
 };
 
 /// Height above the plane of the vertex, on the film's side of it above 0, at this distance from the axis (of

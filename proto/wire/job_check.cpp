@@ -13,6 +13,7 @@
 #include "wire/aov_channels.h"
 #include "wire/enum_words.h"
 #include "wire/film_sensor.h"
+#include "wire/lens_ghosts.h"
 #include "wire/limits.h"
 #include "wire/pixel_filter.h"
 #include "wire/scene_views.h"
@@ -179,6 +180,9 @@ absl::Status check_settings(const v1::JobSpec& spec) {
   if (spec.view().path_sharing() != 0 && spec.view().path_sharing() != v1::PATH_SHARING_OFF) {
     if (auto s = allows_sharing(spec); !s.ok()) return s;
   }
+  if (spec.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS) {
+    if (auto s = allows_light_into_lens(spec); !s.ok()) return s;
+  }
   return check_noise(spec);
 }
 
@@ -188,6 +192,10 @@ absl::Status allows_sharing(const v1::JobSpec& spec) {
   if (algorithm == nullptr || !algorithm->shares_paths) {
     return absl::InvalidArgumentError(absl::StrCat(
         "integrator '", integrator, "' has no paths that pixels share: path_sharing is not for it"));
+  }
+  if (spec.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS) {
+    return absl::InvalidArgumentError(
+        "path_sharing does not go with lens_ghosts 'lights', whose samples are of all pixels");
   }
   if (spec.view().layers_size() > 0) {
     return absl::InvalidArgumentError(

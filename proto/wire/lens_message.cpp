@@ -81,20 +81,36 @@ double mm_per_unit(const v1::LensCamera& camera) {
   return camera.units_per_mm() > 0 ? 1 / camera.units_per_mm() : 1000;
 }
 
+LensFaultPlace place_of(const optics::Fault& fault, const v1::LensCamera& camera) {
+  if (fault.surface > 0 && static_cast<int>(fault.surface) <= camera.lens().surfaces_size())
+    return {&camera.lens().surfaces(static_cast<int>(fault.surface) - 1)};
+  // Members of LensUse have the names of the camera's fields, or nearly so.
+  const std::string name = fault.use;
+  const auto* const field =
+      v1::LensCamera::descriptor()->FindFieldByName(name == "focus"           ? "focus_distance"
+                                                    : name == "stop_diameter" ? "stop_diameter_mm"
+                                                                              : name);
+  return {&camera, field == nullptr ? 0 : field->number()};
+}
+
 std::optional<optics::LensSystem> lens_system_of(const v1::LensCamera& camera,
                                                  std::vector<optics::Fault>& faults) {
   const std::size_t before = faults.size();
   const auto is_size = [](double x) { return x >= 0 && std::isfinite(x); };
   const optics::Prescription lens = prescription_of(camera.lens(), faults);
-  if (auto fault = film_fault(camera.film_diagonal_mm(), camera.film_gauge()))
-    faults.push_back({0, 0, *std::move(fault)});
+  const auto fault = [&](const char* field, std::string message) {
+    faults.push_back({.message = std::move(message), .use = field});
+  };
+  if (auto of_film = film_fault(camera.film_diagonal_mm(), camera.film_gauge()))
+    fault(camera.film_gauge().empty() ? "film_diagonal_mm" : "film_gauge", *std::move(of_film));
   if (!is_size(camera.units_per_mm()))
-    faults.push_back(
-        {0, 0, absl::StrCat("a millimetre is not ", camera.units_per_mm(), " units of the scene")});
+    fault("units_per_mm", absl::StrCat("a millimetre is not ", camera.units_per_mm(), " units of the scene"));
   if (!is_size(camera.focus_distance()))
-    faults.push_back({0, 0, absl::StrCat("a focus at a distance of ", camera.focus_distance())});
+    fault("focus_distance", absl::StrCat("a focus at a distance of ", camera.focus_distance()));
   if (camera.has_blades() && camera.blades() < 3)
-    faults.push_back({0, 0, absl::StrCat("a stop has 3 to 64 blades, not ", camera.blades())});
+    fault("blades", absl::StrCat("a stop has 3 to 64 blades, not ", camera.blades()));
+  if (camera.has_blades() && camera.has_stop_image())
+    fault("stop_image", "a stop's blades and its image exclude each other");
   if (faults.size() > before) return std::nullopt;
   optics::LensUse use;
   if (camera.focus_distance() > 0) use.focus = camera.focus_distance() * mm_per_unit(camera);

@@ -64,6 +64,10 @@ absl::Status allows_scattering(const v1::JobSpec& spec) {
                                                    "' has its own way from samples to pixels: reconstruction "
                                                    "'scatter' is not for it"));
   }
+  if (spec.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS) {
+    return absl::InvalidArgumentError(
+        "reconstruction 'scatter' does not go with lens_ghosts 'lights', whose samples are of all pixels");
+  }
   for (const int aov : spec.view().aovs()) {
     // A list knows whose sample it is; its neighbours' would have to be merged by their weights.
     if (is_cryptomatte(static_cast<v1::AOV>(aov))) {

@@ -58,7 +58,7 @@ void resolve_settings(const v1::RenderSettings& asked, v1::JobSpec& job) {
   resolve_own_settings(asked, algorithms);
   copy_by_name(settings, *job.mutable_view());
   copy_by_name(settings, *job.mutable_samples());
-  if (settings.lens_ghosts() != v1::LENS_GHOSTS_LIGHTS) job.mutable_view()->clear_lens_ghosts();
+  if (settings.lens_ghosts() == v1::LENS_GHOSTS_AUTO) job.mutable_view()->clear_lens_ghosts();
   *job.mutable_view()->mutable_layers() = settings.layers();
   job.mutable_view()->set_sample_bits(sample_bits_of(job));
 }

@@ -23,6 +23,7 @@ DIRECT = ("path", "volpath", "direct")
 
 _TILE, _BORDERED_TILE = 32, 128
 _SAMPLES_PER_UNIT = 1 << 14
+_SAMPLES_PER_PASSES = 1 << 18
 _USUAL_UNITS = 1 << 20
 _LEAST_BORDERED_SAMPLES = 4
 _MAX_DEPTH = (1 << 15) - 1
@@ -98,6 +99,9 @@ def _samples_per_unit(spec: job_pb2.JobSpec) -> int:
     if spec.samples.noise:
         return _ceil_power(spp)
     longer = _floor_power(1 + len(spec.view.layers) * 3 // 4)
+    if spec.view.lens_ghosts == settings_pb2.LENS_GHOSTS_LIGHTS:
+        passes = _floor_power(max(1, _SAMPLES_PER_PASSES // (spec.view.width * spec.view.height)))
+        return min(passes * longer, _ceil_power(spp))
     tiles = (-(-(crop.x1 - crop.x0) // side) + 1) * (-(-(crop.y1 - crop.y0) // side) + 1)
     wanted = _floor_power(_SAMPLES_PER_UNIT // (side * side))
     fewest = _ceil_power(-(-(tiles * spp) // _USUAL_UNITS))
@@ -105,6 +109,28 @@ def _samples_per_unit(spec: job_pb2.JobSpec) -> int:
     if _has_borders(spec.view):
         samples = max(samples, _LEAST_BORDERED_SAMPLES)
     return min(samples * longer, _ceil_power(spp))
+
+
+def _finds_ghosts_of_lights(camera: camera_pb2.Camera) -> bool:
+    """has_ghosts() of client/command/jobs/job_settings.cpp"""
+    others = camera.near_clip or camera.far_clip or camera.HasField("distortion") or camera.HasField("shutter")
+    return camera.lens.ghosts and not others
+
+
+def _sends_light_into_lens(asked: settings_pb2.RenderSettings, scene: Scene, integrator: str) -> bool:
+    """resolve_lens_ghosts() of client/command/jobs/job_settings.cpp"""
+    if asked.lens_ghosts not in (settings_pb2.LENS_GHOSTS_UNSPECIFIED, settings_pb2.LENS_GHOSTS_AUTO):
+        return asked.lens_ghosts == settings_pb2.LENS_GHOSTS_LIGHTS
+    cameras = [scene.message.camera, *scene.message.views]
+    return (
+        any(_finds_ghosts_of_lights(camera) for camera in cameras)
+        and integrator in ("path", "volpath")
+        and not asked.noise
+        and not asked.layers
+        and asked.reconstruction != settings_pb2.RECONSTRUCTION_SCATTER
+        and asked.path_sharing <= settings_pb2.PATH_SHARING_OFF
+        and asked.direct_light != settings_pb2.DIRECT_LIGHT_BSDF
+    )
 
 
 def make_spec(
@@ -143,13 +169,18 @@ def make_spec(
     if view.sampler == settings_pb2.SAMPLER_Z_SOBOL:
         view.sample_bits = (spec.samples.spp - 1).bit_length()
     view.layers.extend(asked.layers)
+    in_passes = _sends_light_into_lens(asked, scene, integrator)
+    if in_passes:
+        view.lens_ghosts = settings_pb2.LENS_GHOSTS_LIGHTS
+    elif view.lens_ghosts == settings_pb2.LENS_GHOSTS_AUTO:
+        view.ClearField("lens_ghosts")
     if settings.reconstruction == settings_pb2.RECONSTRUCTION_AUTO:
-        gains = _gains_by_scattering(film.filter)
+        gains = _gains_by_scattering(film.filter) and not in_passes
         view.reconstruction = (
             settings_pb2.RECONSTRUCTION_SCATTER if gains else settings_pb2.RECONSTRUCTION_SAMPLE
         )
     if settings.path_sharing == settings_pb2.PATH_SHARING_AUTO:
-        can_share = integrator in ("path", "volpath")
+        can_share = integrator in ("path", "volpath") and not in_passes
         cause = "layers" if asked.layers else "the AOV variance" if "variance" in aovs else ""
         if not can_share or cause:
             view.path_sharing = settings_pb2.PATH_SHARING_OFF

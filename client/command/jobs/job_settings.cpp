@@ -13,6 +13,7 @@
 #include "wire/film_format.h"
 #include "wire/film_size.h"
 #include "wire/job_check.h"
+#include "wire/lens_ghosts.h"
 #include "wire/limits.h"
 #include "wire/pixel_filter.h"
 #include "wire/resolve_settings.h"
@@ -152,6 +153,7 @@ absl::Status resolve_reconstruction(const JobSettings& request, v1::Reconstructi
 void resolve_sharing(const JobSettings& request, v1::PathSharing asked, v1::JobSpec& spec,
                      std::vector<std::string>& warnings) {
   if (asked == v1::PATH_SHARING_OFF) return;
+  if (asked <= v1::PATH_SHARING_AUTO && spec.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS) return;
   const bool can = wire::allows_sharing(spec).ok();
   if (asked > v1::PATH_SHARING_OFF) {
     if (!can && request.several_integrators) spec.mutable_view()->set_path_sharing(v1::PATH_SHARING_OFF);
@@ -176,6 +178,25 @@ bool has_borders(const v1::JobSpec::View& view) {
   const bool shares =
       view.path_sharing() != v1::PATH_SHARING_UNSPECIFIED && view.path_sharing() != v1::PATH_SHARING_OFF;
   return shares || view.reconstruction() == v1::RECONSTRUCTION_SCATTER;
+}
+
+bool has_ghosts(const v1::Camera& camera) {
+  return camera.lens().ghosts() && camera.near_clip() == 0 && camera.far_clip() == 0 &&
+         !camera.has_distortion() && !camera.has_shutter();
+}
+
+/// Whether light is sent into the camera's lens, where that is left to the program, or asked of several
+/// integrators. Ways of sampling that do not go with it are taken where somebody asks for them.
+void resolve_lens_ghosts(const JobSettings& request, const v1::RenderSettings& asked, const v1::Scene& scene,
+                         v1::JobSpec& spec) {
+  v1::JobSpec::View& view = *spec.mutable_view();
+  if (asked.lens_ghosts() == v1::LENS_GHOSTS_LIGHTS) {
+    if (request.several_integrators && !wire::allows_light_into_lens(spec).ok()) view.clear_lens_ghosts();
+    return;
+  }
+  if (asked.lens_ghosts() == v1::LENS_GHOSTS_FILM) return;
+  const bool has_any = has_ghosts(scene.camera()) || std::ranges::any_of(scene.views(), has_ghosts);
+  if (has_any && wire::allows_light_into_lens(spec).ok()) view.set_lens_ghosts(v1::LENS_GHOSTS_LIGHTS);
 }
 
 void resolve_glass_shadows(const JobSettings& request, v1::Algorithms& algorithms) {
@@ -294,6 +315,7 @@ absl::StatusOr<std::unique_ptr<PreparedJob>> prepare_job(const JobSettings& requ
   }
 
   for (const v1::AOV aov : aovs_of(request)) spec.mutable_view()->add_aovs(aov);
+  resolve_lens_ghosts(request, asked, scene, spec);
   if (absl::Status status =
           resolve_reconstruction(request, asked.reconstruction(), filter_of(request, scene), spec);
       !status.ok())

@@ -32,6 +32,32 @@ std::vector<DrawnPoint> edge_of(const optics::LensSystem::Element& element, doub
   return points;
 }
 
+/// The brightest ghosts of a point of light; empty without any.
+std::string ghost_text(const LensReport& report, std::size_t width) {
+  constexpr std::size_t kMostLines = 10;
+  if (report.ghosts.empty()) return "";
+  Table table({{"ghost of surfaces"},
+               {"focus mm", true},
+               {"light %", true},
+               {"diameter mm", true},
+               {"light/mm2", true}});
+  double all = 0;
+  for (std::size_t i = 0; i < report.ghosts.size(); ++i) {
+    const optics::Ghost& ghost = report.ghosts[i];
+    all += ghost.part;
+    if (i >= kMostLines) continue;
+    const double radius = ghost.diameter / 2, area = std::numbers::pi * radius * radius;
+    table.add({absl::StrCat(ghost.bounce.near_film + 1, ", ", ghost.bounce.near_scene + 1),
+               std::isfinite(ghost.focus) ? absl::StrFormat("%.4g", ghost.focus) : "parallel",
+               absl::StrFormat("%.3g", 100 * ghost.part), absl::StrFormat("%.3g", ghost.diameter),
+               absl::StrFormat("%.2g", ghost.part / area)});
+  }
+  return absl::StrCat("\n", table.text(width),
+                      absl::StrFormat("%d ghosts of a point on the axis have %.3g %% of its image's light",
+                                      report.ghosts.size(), 100 * all),
+                      report.ghosts.size() > kMostLines ? "; these are the brightest\n" : "\n");
+}
+
 nlohmann::json number_or_null(double x) {
   return std::isfinite(x) ? nlohmann::json(x) : nlohmann::json(nullptr);
 }
@@ -70,6 +96,7 @@ LensReport report_of(const optics::LensSystem& lens, double film_diagonal) {
       report.dark_heights.push_back(height);
     }
   }
+  report.ghosts = optics::ghosts_of(lens);
   if (report.dark_heights.empty()) report.field_degrees = 2 * report.field.back().angle / kDegree;
   return report;
 }
@@ -124,7 +151,7 @@ std::string text_of(const LensReport& report, std::size_t width) {
   for (const double height : report.dark_heights)
     absl::StrAppend(&text,
                     absl::StrFormat("%.2f mm from the middle of the film there is no light\n", height));
-  return text;
+  return text + ghost_text(report, width);
 }
 
 std::string json_of(const LensReport& report) {
@@ -167,6 +194,13 @@ std::string json_of(const LensReport& report) {
                      {"spot_mm", std::move(spot)}});
   }
   json["dark_heights_mm"] = report.dark_heights;
+  auto& ghosts = json["ghosts"] = nlohmann::ordered_json::array();
+  for (const optics::Ghost& ghost : report.ghosts) {
+    ghosts.push_back({{"surfaces", {ghost.bounce.near_film + 1, ghost.bounce.near_scene + 1}},
+                      {"focus_mm", number_or_null(ghost.focus)},
+                      {"light", ghost.part},
+                      {"diameter_mm", ghost.diameter}});
+  }
   return json.dump(2);
 }
 

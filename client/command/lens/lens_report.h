@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "optics/ghosts.h"
 #include "optics/image_quality.h"
 #include "optics/lens_system.h"
 #include "plot/lens_drawing.h"
@@ -22,6 +23,7 @@ struct LensReport {
   std::vector<double> frequencies;
   std::vector<optics::FieldPoint> field;
   std::vector<double> dark_heights;  // places of the film without light
+  std::vector<optics::Ghost> ghosts;
 };
 
 LensReport report_of(const optics::LensSystem& lens, double film_diagonal);

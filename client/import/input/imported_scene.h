@@ -1,8 +1,10 @@
 // Result of an import: the Scene message and the bytes that it refers to.
 #pragma once
 
+#include <map>
 #include <string>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "import/input/diagnostics.h"
@@ -25,6 +27,8 @@ struct ImportedScene {
   // Where the file has elements that may be faulty, by their messages in `scene`, and what they are:
   // "shape (lamp): ".
   std::unordered_map<const void*, Diagnostic> places = {};
+  // The same of single fields of lenses, by their numbers.
+  std::map<std::pair<const void*, int>, Diagnostic> field_places = {};
   std::string file = "";  // file that it was read from
 };
 

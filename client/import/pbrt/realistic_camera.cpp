@@ -6,6 +6,7 @@
 
 #include "import/input/concat.h"
 #include "import/input/input_file.h"
+#include "import/pbrt/aperture_picture.h"
 #include "optics/lens_system.h"
 #include "optics/read/pbrt_lens_file.h"
 #include "wire/lens_message.h"
@@ -49,9 +50,9 @@ void write_realistic_camera(Context& context, Directive& camera, Directive& film
   message.set_film_diagonal_mm(film.parameters.get_float("diagonal", 35, diagnostics));
   message.set_units_per_mm(kUnitsPerMm);
   message.set_brightness(v1::LensCamera::IRRADIANCE);
-  if (const std::string shape = parameters.get_string("aperture", "", diagnostics); !shape.empty())
-    diagnostics.warning(parameters.where(),
-                        concat("\"aperture\" \"", shape, "\" is not supported yet: the stop is round"));
+  if (const std::string shape = parameters.get_string("aperture", "", diagnostics);
+      !shape.empty() && shape != "circular")
+    *message.mutable_stop_image() = aperture_picture(context, shape, parameters.where());
   if (!(focus > 0) || !std::isfinite(focus))
     diagnostics.error(parameters.where(), concat("\"focusdistance\" ", focus, " is not above 0"));
   if (!(message.film_diagonal_mm() > 0))

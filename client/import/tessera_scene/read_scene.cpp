@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <map>
 #include <unordered_map>
 
 #include "absl/strings/str_join.h"
@@ -129,11 +130,13 @@ SourceLocation place_of(const wire::BadNumber& number, std::uint32_t file, Locat
 }
 
 using Places = std::unordered_map<const void*, Diagnostic>;
+using FieldPlaces = std::map<std::pair<const void*, int>, Diagnostic>;
 
 /// Notes the places of elements in one file.
 class PlaceNotes {
  public:
-  PlaceNotes(const std::string& file, Places& places) : file_(file), places_(places) {}
+  PlaceNotes(const std::string& file, Places& places, FieldPlaces& field_places)
+      : file_(file), places_(places), field_places_(field_places) {}
 
   void note_scene(const v1::Scene& scene, Locations& locations) {
     note_shapes(scene, locations);
@@ -141,10 +144,10 @@ class PlaceNotes {
     note_all(scene, locations, "materials", "material", scene.materials());
     note_all(scene, locations, "textures", "texture", scene.textures());
     note_all(scene, locations, "media", "medium", scene.media());
-    note(scene.camera(), field<v1::Scene>("camera"), -1, locations, "camera: ");
+    note_camera(scene.camera(), field<v1::Scene>("camera"), -1, locations, "camera: ");
     for (int i = 0; i < scene.views_size(); ++i)
-      note(scene.views(i), field<v1::Scene>("views"), i, locations,
-           concat("view ", std::to_string(i + 1), ": "));
+      note_camera(scene.views(i), field<v1::Scene>("views"), i, locations,
+                  concat("view ", std::to_string(i + 1), ": "));
     note(scene.rig(), field<v1::Scene>("rig"), -1, locations, "");  // messages name it themselves
     note(scene.film(), field<v1::Scene>("film"), -1, locations, "film: ");
     note_instances(scene, locations);
@@ -176,6 +179,39 @@ class PlaceNotes {
     if (at.line < 0) return;
     places_[&element] = {file_, static_cast<std::uint32_t>(at.line + 1),
                          static_cast<std::uint32_t>(at.column + 1), std::move(title)};
+  }
+
+  void note_camera(const v1::Camera& camera, const Field* of, int index, Locations& locations,
+                   const std::string& title) {
+    note(camera, of, index, locations, title);
+    if (Locations* const of_camera = locations.GetTreeForNested(of, index); of_camera != nullptr)
+      note_fields(camera, *of_camera, title);
+  }
+
+  /// Notes all fields of a message, and of those in it.
+  void note_fields(const google::protobuf::Message& message, Locations& locations, const std::string& title) {
+    const google::protobuf::Reflection& reflection = *message.GetReflection();
+    std::vector<const Field*> fields;
+    reflection.ListFields(message, &fields);
+    for (const Field* const of : fields) {
+      const int count = of->is_repeated() ? reflection.FieldSize(message, of) : 1;
+      for (int i = 0; i < count; ++i) {
+        const int index = of->is_repeated() ? i : -1;
+        if (of->cpp_type() != Field::CPPTYPE_MESSAGE) {
+          const auto at = locations.GetLocation(of, index);
+          if (at.line >= 0 && i == 0)
+            field_places_[{&message, of->number()}] = {file_, static_cast<std::uint32_t>(at.line + 1),
+                                                       static_cast<std::uint32_t>(at.column + 1), title};
+          continue;
+        }
+        const google::protobuf::Message& child = of->is_repeated()
+                                                     ? reflection.GetRepeatedMessage(message, of, i)
+                                                     : reflection.GetMessage(message, of);
+        note(child, of, index, locations, title);
+        if (Locations* const of_child = locations.GetTreeForNested(of, index); of_child != nullptr)
+          note_fields(child, *of_child, title);
+      }
+    }
   }
 
   /// Notes the elements of a repeated field.
@@ -217,6 +253,7 @@ class PlaceNotes {
 
   const std::string& file_;
   Places& places_;
+  FieldPlaces& field_places_;
 };
 
 absl::Status check_packed(const v1::PackedInstances& packed, const std::filesystem::path& directory) {
@@ -259,11 +296,13 @@ absl::StatusOr<ImportedScene> resolve_all(v1::Scene scene, const std::filesystem
   if (!diagnostics.has_errors()) check_packed_instances(scene, path.parent_path(), file, diagnostics);
   if (absl::Status status = diagnostics.status(); !status.ok()) return status;
   Places places;
+  FieldPlaces field_places;
   const std::string name = path.string();
-  if (locations != nullptr) PlaceNotes(name, places).note_scene(scene, *locations);
+  if (locations != nullptr) PlaceNotes(name, places, field_places).note_scene(scene, *locations);
   pack_instances(scene, blobs);
   if (scene.name().empty()) scene.set_name(path.stem().string());
-  return ImportedScene{std::move(scene), blobs.take(), diagnostics.warnings(), std::move(places)};
+  return ImportedScene{std::move(scene), blobs.take(), diagnostics.warnings(), std::move(places),
+                       std::move(field_places)};
 }
 
 }  // namespace

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "statistical/reference/spectral_pictures.h"
@@ -13,8 +14,8 @@ namespace {
 
 /// A double Gauss (US patent 3,552,829, example 1) with indices at the line d, fully open; a millimetre is a
 /// hundredth of the scene's unit, so that most of the scene is out of focus. It vignettes the corners.
-std::string camera_with_lens() {
-  return camera(R"(lens { lens {
+std::string camera_with_lens(const std::string& more = "") {
+  return camera(absl::StrCat(R"(lens { lens {
       surfaces { radius_mm: 56.655 thickness_mm: 5.24 diameter_mm: 38.5 index: 1.815 }
       surfaces { radius_mm: 600 thickness_mm: 0.565 diameter_mm: 38.5 }
       surfaces { radius_mm: 25.68 thickness_mm: 6.56 diameter_mm: 33.5 index: 1.694 }
@@ -29,7 +30,8 @@ std::string camera_with_lens() {
       surfaces { radius_mm: -37.625 thickness_mm: 0.095 diameter_mm: 31.5 }
       surfaces { radius_mm: 198.13 thickness_mm: 4.05 diameter_mm: 31.5 index: 1.71615 }
       surfaces { radius_mm: -63.025 thickness_mm: 36.5 diameter_mm: 31.5 }
-    } focus_distance: 4.6 units_per_mm: 0.01 })");
+    } focus_distance: 4.6 units_per_mm: 0.01 )",
+                             more, " }"));
 }
 
 struct Integrator {
@@ -65,6 +67,95 @@ TEST(LensPictures, AreTheSameInLightOfWavelengthsWhereNothingDisperses) {
     expect_agreement(pictures_of(scene, integrator, 4, ""), pictures_of(scene, integrator, 4, kSpectral),
                      1e-3, 0.03);
   }
+}
+
+/// Bare surfaces, and a lamp in the picture that is bright enough for its ghosts to be seen beside it.
+std::string scene_with_ghosts(const std::string& lens) {
+  return absl::StrCat(things(kDiffuse),
+                      lamp("sphere { radius: 0.12 }", "scale: 60", "1,0,0,0.5, 0,1,0,1, 0,0,1,1.6, 0,0,0,1"),
+                      kSky, camera_with_lens(lens));
+}
+
+TEST(Ghosts, OfLightsAreThoseOfTheFilm) {
+  const std::string scene = scene_with_ghosts("ghosts: true");
+  const Pictures of_film = pictures_of(scene, "path", 3, "lens_ghosts: LENS_GHOSTS_FILM"),
+                 of_lights = pictures_of(scene, "path", 3, "lens_ghosts: LENS_GHOSTS_LIGHTS"),
+                 of_neither = pictures_of(scene_with_ghosts(""), "path", 3, "");
+  expect_same(of_film, of_lights, 1e-3);
+  EXPECT_LT(p_value_of(differences_of(of_lights, of_neither)), 1e-6);
+  // What else might be wrong by the light of the ghosts, is not.
+  for (std::size_t v = 0; v < of_lights.front().values.size(); ++v)
+    EXPECT_LE(of_lights.front().values[v].error, 1.1 * of_film.front().values[v].error) << v;
+}
+
+TEST(Ghosts, AreTheSameInLightOfWavelengths) {
+  const std::string scene = scene_with_ghosts("ghosts: true");
+  for (const char* const found : {"lens_ghosts: LENS_GHOSTS_FILM", "lens_ghosts: LENS_GHOSTS_LIGHTS"})
+    expect_same(pictures_of(scene, "path", 2, found),
+                pictures_of(scene, "path", 2, absl::StrCat(found, kSpectral)));
+}
+
+class WithGhosts : public testing::TestWithParam<Integrator> {};
+
+TEST_P(WithGhosts, AgreesWithPathTracing) {
+  const std::string scene = scene_with_ghosts("ghosts: true");
+  expect_same(pictures_of(scene, "path", 3, "lens_ghosts: LENS_GHOSTS_LIGHTS"),
+              pictures_of(scene, GetParam().name, 3, ""), GetParam().relative);
+}
+
+INSTANTIATE_TEST_SUITE_P(Integrators, WithGhosts,
+                         testing::Values(Integrator{"volpath"}, Integrator{"bdpt"}, Integrator{"mlt"},
+                                         Integrator{"vcm", 0.01}),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+/// Lets light through in one corner, and half of it in a stripe.
+TestBlobs blobs_with_aperture() {
+  constexpr int kSide = 8;
+  std::string pfm = "Pf\n8 8\n-1.0\n";
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const int column = i % kSide, row = i / kSide;
+    const float open = row < 3 && column > 3 ? 1.0f : column == 2 ? 0.5f : 0.0f;
+    pfm.append(reinterpret_cast<const char*>(&open), sizeof(open));
+  }
+  TestBlobs blobs = light_blobs();
+  blobs["aperture"] = pfm;
+  return blobs;
+}
+
+struct ApertureCase {
+  const char* name;
+  const char* aperture;
+};
+class ThinLens : public testing::TestWithParam<std::tuple<ApertureCase, Integrator>> {};
+
+TEST_P(ThinLens, LooksTheSameToAllIntegrators) {
+  const auto& [aperture, integrator] = GetParam();
+  const std::string scene = absl::StrCat(
+      things(kDiffuse), lamp("disk { radius: 1 }", "two_sided: true", kAbove),
+      camera(absl::StrCat("perspective { fov_degrees: 45 lens_radius: 0.3 focal_distance: 3.5 aperture { ",
+                          aperture.aperture, " } }")));
+  const TestBlobs blobs = blobs_with_aperture();
+  expect_same(pictures_of(scene, "path", 3, "", blobs), pictures_of(scene, integrator.name, 3, "", blobs),
+              integrator.relative);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Apertures, ThinLens,
+    testing::Combine(
+        testing::Values(ApertureCase{"picture",
+                                     "image { digest: 'aperture' path: 'aperture.pfm' } ratio: 1.4"},
+                        ApertureCase{"barrel", "blades: 6 barrel_length: 2.5 barrel_radius: 1.1"}),
+        testing::Values(Integrator{"light"}, Integrator{"bdpt"}, Integrator{"mlt"}, Integrator{"vcm", 0.01})),
+    [](const auto& test) {
+      return std::string(std::get<0>(test.param).name) + "_" + std::get<1>(test.param).name;
+    });
+
+TEST(LensPictures, StopsThatArePicturesAreAsBrightInTheMiddle) {
+  // Under a sky of radiance 1, pixels are what the pupil lets through over that in the middle.
+  const std::string sky = absl::StrCat(
+      kSky, camera_with_lens("stop_image { digest: 'aperture' path: 'aperture.pfm' } film_diagonal_mm: 1"));
+  const TestBlobs blobs = blobs_with_aperture();
+  expect_value(pictures_of(sky, "path", 1, "", blobs), 1, 0.01);
 }
 
 }  // namespace

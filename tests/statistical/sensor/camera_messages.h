@@ -42,10 +42,11 @@ inline absl::StatusOr<SensorRecord> sensor_of(const std::string& camera, FilmSiz
   v1::Camera message;
   EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(camera, &message)) << camera;
   const std::string map = map_of(40, 20, moved_by_map);
+  const BlobSource blobs = [&](const std::string&) -> absl::StatusOr<BlobBytes> {
+    return BlobBytes{map, nullptr};
+  };
   return build_sensor(message, film, render_space_about({0, 0, 0}), *wire::find_algorithm(""), false,
-                      [&](const std::string&) -> absl::StatusOr<BlobBytes> {
-                        return BlobBytes{map, nullptr};
-                      });
+                      {.blobs = &blobs});
 }
 
 /// The error of a camera that is no sensor.

@@ -41,15 +41,20 @@ SensorRecord sensor_of(SensorKind kind, float lens_radius, float scale) {
   return c;
 }
 
+/// Brightness of a picture of 6 x 4 cells, of which two are dark.
+const std::vector<float> kCells = {1, 0, 2, 1,    3, 0.5f, 0.5f, 1, 4,     1,     2, 2,
+                                   0, 3, 1, 2.5f, 1, 1,    1.5f, 2, 0.25f, 0.75f, 1, 2};
 struct Lens {
   float radius = 0;
   std::optional<ApertureRecord> aperture = {};
+  bool picture = false;
 };
 SensorRecord sensor_of(SensorKind kind, const Lens& lens, float scale) {
   SensorRecord c = sensor_of(kind, lens.radius, scale);
   if (!lens.aperture) return c;
   auto table = std::make_shared<LensTable>();
   table->aperture = *lens.aperture;
+  if (lens.picture) table->picture.density = Piecewise2d::build(kCells, 6, 4);
   c.lens = std::move(table);
   return c;
 }
@@ -205,6 +210,107 @@ TEST(SensorChi2, RaysLeaveTheApertureEvenly) {
   }
 }
 
+/// The points of the lens that rays leave, against the brightness of the picture that it is.
+TEST(SensorChi2, RaysLeaveAPictureAsBrightAsItIs) {
+  constexpr int kSamples = 1 << 18, kSeeds = 4, kFine = 4;
+  double total = 0;
+  for (const float cell : kCells) total += double{cell};
+  for (const double ratio : {1.0, 1.6}) {
+    const SensorRecord c = sensor_of(SensorKind::kPinhole, {0.4f, aperture_of(0, 0, ratio), true}, 1);
+    std::vector<double> expected;
+    for (int row = 0; row < 4 * kFine; ++row) {
+      for (int column = 0; column < 6 * kFine; ++column) {
+        const int from = row / kFine * 6 + column / kFine;
+        expected.push_back(kSamples * double{kCells[static_cast<std::size_t>(from)]} / total /
+                           (kFine * kFine));
+      }
+    }
+    double log_of_all = 0;
+    for (int seed = 0; seed < kSeeds; ++seed) {
+      std::vector<double> observed(expected.size());
+      RandomLanes numbers(static_cast<std::uint64_t>(seed) + 31);
+      for (int i = 0; i < kSamples; i += kWidth) {
+        const SensorRay ray =
+            start_ray(c, {{Float(kMiddleX), Float(kMiddleY)}, {numbers(), numbers()}, Float(0.0f)});
+        for (int l = 0; l < kWidth; ++l) {
+          const double x = ray.origin.y.lane(l) / 0.4 * ratio, y = ray.origin.z.lane(l) / 0.4;
+          const int column = std::clamp(static_cast<int>((x + 1) / 2 * 6 * kFine), 0, 6 * kFine - 1),
+                    row = std::clamp(static_cast<int>((y + 1) / 2 * 4 * kFine), 0, 4 * kFine - 1);
+          ++observed[static_cast<std::size_t>(row * 6 * kFine + column)];
+        }
+      }
+      log_of_all += std::log(std::max(test::chi_square_test(observed, expected).p_value, 1e-300));
+    }
+    EXPECT_GT(test::regularized_gamma_q(kSeeds, -log_of_all), test::sidak_level(0.01, 2)) << ratio;
+  }
+}
+
+SensorRecord sensor_with_barrel() {
+  SensorRecord c = sensor_of(SensorKind::kPinhole, 0.4f, 1);
+  auto table = std::make_shared<LensTable>();
+  table->barrel_length = 2, table->barrel_radius = 1.2f;
+  c.lens = std::move(table);
+  c.has_barrel = true;
+  return c;
+}
+
+/// The area that two circles have in common, over that of the first.
+double common_part(double r1, double r2, double apart) {
+  using std::numbers::pi;
+  if (apart >= r1 + r2) return 0;
+  if (apart <= std::abs(r1 - r2)) return std::min(1.0, r2 * r2 / (r1 * r1));
+  const double a = std::acos((apart * apart + r1 * r1 - r2 * r2) / (2 * apart * r1)),
+               b = std::acos((apart * apart + r2 * r2 - r1 * r1) / (2 * apart * r2));
+  return (r1 * r1 * (a - std::sin(2 * a) / 2) + r2 * r2 * (b - std::sin(2 * b) / 2)) / (pi * r1 * r1);
+}
+
+/// The part of rays that leaves a barrel: of the lens, what is within the image of the barrel's circle, as
+/// the plane of focus shows it. A ray from the point L to the focus F = f (x, y, 1) is at L + (F - L) D / f
+/// there.
+TEST(SensorBarrel, OpensWhatTwoCirclesHaveInCommon) {
+  const SensorRecord c = sensor_with_barrel();
+  const double radius = 0.4, length = 2 * radius, opening = 1.2 * radius, f = 3;
+  constexpr int kSamples = 1 << 16;
+  RandomLanes numbers(5);
+  for (const float column : {20.5f, 26.0f, 30.0f, 36.0f, 39.5f}) {
+    const double x = double{column} * 0.1 - 2, y = 1 - 10.5 * 0.1;
+    double open = 0;
+    for (int i = 0; i < kSamples; i += kWidth) {
+      const SensorRay ray =
+          start_ray(c, {{Float(column), Float(10.5f)}, {numbers(), numbers()}, Float(0.0f)});
+      open += std::popcount(ray.valid.bits());
+      EXPECT_EQ((ray.weight == 0.0f).bits(), (~ray.valid).bits());
+    }
+    const double shrink = 1 - length / f;
+    const double expected = common_part(radius, opening / shrink, std::hypot(x, y) * length / shrink);
+    const double part = open / kSamples;
+    EXPECT_NEAR(part, expected, 5 * std::sqrt(0.25 / kSamples)) << column;
+    if (column > 39) EXPECT_LT(part, 0.6);
+  }
+}
+
+/// Points that a ray meets are joined to the place that it came from, if it was not blocked.
+TEST(SensorBarrel, ConnectionsAreBlockedAsRaysAre) {
+  const SensorRecord c = sensor_with_barrel();
+  RandomLanes numbers(15);
+  int open = 0, blocked = 0;
+  for (int i = 0; i < 2000; ++i) {
+    const Vec2 raster{numbers(0, kWidthPixels), numbers(0, kHeightPixels)}, u{numbers(), numbers()};
+    const SensorRay ray = start_ray(c, {raster, u, Float(0.0f)});
+    // Blocked rays have directions, too.
+    const Vec3 point = fma(ray.direction, exp(numbers(0, 3)), ray.origin);
+    const SensorConnection seen = connect_to_sensor(c, point, u, Float(0.0f), Mask::all());
+    for (int l = 0; l < kWidth; ++l) {
+      const bool left = (ray.valid.bits() >> l & 1) != 0, joined = (seen.valid.bits() >> l & 1) != 0;
+      left ? ++open : ++blocked;
+      if (left == joined) continue;
+      ADD_FAILURE() << raster.x.lane(l) << " " << raster.y.lane(l);
+    }
+  }
+  EXPECT_GT(open, 10000);
+  EXPECT_GT(blocked, 1000);
+}
+
 /// Close samples leave close points, so that strata stay in one piece; and corners and middles of edges are
 /// reached but not passed.
 TEST(SensorAperture, IsReachedInOnePiece) {
@@ -248,7 +354,7 @@ TEST(SensorAperture, IsReachedInOnePiece) {
 /// gives a pixel of value 1. A plane askew, sampled evenly; and no light lands where the film is not.
 TEST(SensorChi2, ImportanceOfEveryPixelIntegratesToOne) {
   constexpr int kSamples = 1 << 21;
-  const Lens lenses[] = {{}, {0.4f}, {0.4f, aperture_of(5, 20, 1.7)}};
+  const Lens lenses[] = {{}, {0.4f}, {0.4f, aperture_of(5, 20, 1.7)}, {0.4f, aperture_of(0, 0, 1.3), true}};
   for (const SensorKind kind : {SensorKind::kPinhole, SensorKind::kOrthographic}) {
     for (const Lens& lens : lenses) {
       for (const float scale : {1.0f, 2.5f}) {

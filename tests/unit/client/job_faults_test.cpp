@@ -426,5 +426,25 @@ TEST(JobFaults, OfPbrtFilesHaveTheirLines) {
   EXPECT_THAT(told, HasSubstr("integrator 'bdpt' cannot start light at infinity"));
 }
 
+TEST(JobFaults, OfLensesAreAtTheirFieldsAndSurfaces) {
+  const std::string thin = refusal("path",
+                                   "film { width: 4 height: 4 }\ncamera { perspective { fov_degrees: 40\n"
+                                   "  lens_radius: 0.1 focal_distance: 2\n  aperture { blades: 2\n"
+                                   "    ratio: -1 } } }\n");
+  EXPECT_THAT(thin, HasSubstr("scene.textproto:4:14: camera: an aperture has 3 to 64 blades, not 2"));
+  EXPECT_THAT(thin, HasSubstr("scene.textproto:5:5: camera: an aperture's ratio is from 0.001"));
+  const std::string system =
+      refusal("path",
+              "film { width: 4 height: 4 }\ncamera { lens {\n  lens {\n"
+              "    surfaces { thickness_mm: 2 diameter_mm: 8 stop: true }\n"
+              "    surfaces { radius_mm: 5 thickness_mm: 3 diameter_mm: 24 index: 1.5 }\n"
+              "    surfaces { thickness_mm: -1 diameter_mm: 24 } }\n"
+              "  blades: 70\n } }\n");
+  EXPECT_THAT(system,
+              HasSubstr("scene.textproto:5:5: camera: the lens: surface 2: an aperture of 24 mm is larger"));
+  EXPECT_THAT(system, HasSubstr("scene.textproto:6:5: camera: the lens: surface 3: a thickness of -1 mm"));
+  EXPECT_THAT(system, HasSubstr("scene.textproto:7:3: camera: the lens: a stop has 3 to 64 blades, not 70"));
+}
+
 }  // namespace
 }  // namespace tessera::client::job_faults

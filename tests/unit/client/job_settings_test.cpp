@@ -480,5 +480,40 @@ TEST(JobSettings, ParsesCrops) {
   }
 }
 
+TEST(JobSettings, LightIsSentIntoLensesThatHaveGhosts) {
+  ImportedScene scene = scene_of(64, 64);
+  scene.scene.mutable_camera()->mutable_lens()->set_ghosts(true);
+  const auto found = [&](const JobSettings& request) {
+    const auto job = prepare_job(request, scene, "");
+    EXPECT_TRUE(job.ok()) << job.status();
+    return job.ok() && (*job)->spec.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS;
+  };
+  JobSettings request;
+  EXPECT_TRUE(found(request));
+  const auto job = prepare_job(request, scene, "");
+  EXPECT_TRUE(wire::works_in_passes((*job)->spec));
+  EXPECT_EQ((*job)->spec.view().path_sharing(), v1::PATH_SHARING_OFF);
+  EXPECT_TRUE((*job)->warnings.empty());
+  request.settings.set_noise(0.1);
+  EXPECT_FALSE(found(request));
+  request = {};
+  request.settings.set_path_sharing(v1::PATH_SHARING_8);
+  EXPECT_FALSE(found(request));
+  request = {};
+  request.settings.set_lens_ghosts(v1::LENS_GHOSTS_FILM);
+  EXPECT_FALSE(found(request));
+  request.settings.set_lens_ghosts(v1::LENS_GHOSTS_LIGHTS);
+  EXPECT_TRUE(found(request));
+  request.settings.set_noise(0.1);
+  EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
+              HasSubstr("lens_ghosts 'lights' does not go with noise"));
+  request.settings.clear_noise();
+  request.settings.set_integrator("whitted");
+  EXPECT_THAT(std::string(prepare_job(request, scene, "").status().message()),
+              HasSubstr("integrator 'whitted' sends no light into the lens"));
+  scene.scene.mutable_camera()->mutable_lens()->clear_ghosts();
+  EXPECT_FALSE(found({}));
+}
+
 }  // namespace
 }  // namespace tessera::client

@@ -1,4 +1,9 @@
 // Meaning of pbrt directives for camera, film and settings, and of what moves while the shutter is open.
+#include <algorithm>
+#include <numbers>
+#include <vector>
+
+#include "images/image_blob.h"
 #include "import/input/concat.h"
 #include "unit/import/import_fixture.h"
 #include "wire/algorithm.h"
@@ -139,6 +144,47 @@ TEST_F(PbrtCamera, RealisticCamerasHaveTheirLensFromAFile) {
   EXPECT_EQ(camera.film_diagonal_mm(), 40);
   EXPECT_EQ(camera.brightness(), v1::LensCamera::IRRADIANCE);
   EXPECT_EQ(warnings_of(*result), "");
+}
+
+TEST_F(PbrtCamera, AperturesArePicturesAsBrightAsACircle) {
+  write("lens.dat", "# A singlet\n0 2 0 20\n50 6 1.5 24\n-90 60 0 24\n");
+  const auto imported = [&](const std::string& aperture) {
+    return import_text(
+        "Camera \"realistic\" \"string lensfile\" \"lens.dat\" \"float aperturediameter\" 12 "
+        "\"float focusdistance\" 3 \"string aperture\" \"" +
+        aperture + "\"\nWorldBegin");
+  };
+  const auto picture = [&](const std::string& aperture) {
+    const auto result = imported(aperture);
+    EXPECT_TRUE(result.ok()) << result.status();
+    const v1::BlobRef& ref = result->scene.camera().lens().stop_image();
+    const auto blob = std::ranges::find_if(
+        result->blobs, [&](const SceneBlob& b) { return b.ref.digest() == ref.digest(); });
+    return *images::decode_image(blob->bytes, ref.path());
+  };
+  for (const char* const name : {"gaussian", "square", "pentagon", "star"}) {
+    const images::ImagePixels pixels = picture(name);
+    double sum = 0;
+    for (std::size_t i = 0; i < pixels.floats.size(); i += 4) sum += double{pixels.floats[i]};
+    EXPECT_NEAR(sum / (256 * 256), std::numbers::pi / 4, 1e-4) << name;
+  }
+  // Of the square a quarter is open; a corner of the pentagon points down, as pbrt has it.
+  const auto at = [](const images::ImagePixels& pixels, std::size_t x, std::size_t y) {
+    return double{pixels.floats[4 * (y * 256 + x)]};
+  };
+  EXPECT_NEAR(at(picture("square"), 128, 70), std::numbers::pi, 1e-3);
+  EXPECT_EQ(at(picture("square"), 128, 60), 0);
+  EXPECT_GT(at(picture("pentagon"), 128, 225), 0);
+  EXPECT_EQ(at(picture("pentagon"), 128, 30), 0);
+  // The first row of a file is the upper one.
+  const std::vector<float> rows = {0, 0, 1, 3};
+  std::string pfm = "Pf\n2 2\n-1.0\n";
+  pfm.append(reinterpret_cast<const char*>(rows.data()), rows.size() * sizeof(float));
+  write("own.pfm", pfm);
+  const images::ImagePixels own = picture("own.pfm");
+  EXPECT_EQ(own.floats[8], 0);
+  EXPECT_NEAR(double{own.floats[4]} / double{own.floats[0]}, 3, 1e-5);
+  EXPECT_THAT(error_of(imported("hexagon")), HasSubstr("nor is it \"gaussian\", \"square\""));
 }
 
 TEST_F(PbrtCamera, FaultsOfALensNameItsFile) {

@@ -24,9 +24,11 @@
 #include "render/scene/sharing_pilot.h"
 #include "render/scene/view/layers.h"
 #include "render/scene/view/lens.h"
+#include "render/scene/view/view.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
 #include "wire/aov_channels.h"
+#include "wire/job_check.h"
 #include "wire/scene_numbers.h"
 
 namespace tessera::render {
@@ -70,7 +72,7 @@ class BuiltScene final : public RenderScene {
             new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), std::move(known), job));
         if (auto s = view_content(scene, job, blobs, self->tables_); !s.ok()) return s;
         if (options.geometry_read) options.geometry_read();
-        return made_ready(std::move(self), scene, job, options.stop);
+        return made_ready(std::move(self), scene, job, blobs, options.stop);
       }
     }
     auto build = ContentBuild::begin(scene, job, blobs, options, *kernel->accel, kernel->light_sources);
@@ -80,7 +82,7 @@ class BuiltScene final : public RenderScene {
     if (options.contents) options.contents->add(key, *content);
     auto self = std::unique_ptr<BuiltScene>(
         new BuiltScene(*kernel, *traits, *algorithm, std::move(channels), *std::move(content), job));
-    return made_ready(std::move(self), scene, job, options.stop);
+    return made_ready(std::move(self), scene, job, blobs, options.stop);
   }
 
   absl::StatusOr<wire::TileResult> render_tile(const TileRequest& tile, std::stop_token stop,
@@ -188,8 +190,12 @@ class BuiltScene final : public RenderScene {
   static absl::StatusOr<std::unique_ptr<RenderScene>> made_ready(std::unique_ptr<BuiltScene> self,
                                                                  const v1::Scene& scene,
                                                                  const v1::JobSpec& job,
+                                                                 const BlobSource& blobs,
                                                                  const std::stop_token& stop) {
     throw_if_stopped(stop);
+    if (auto s = focus_view(scene, job, blobs, self->content_->arrays, *self->content_->rays, self->tables_);
+        !s.ok())
+      return s;
     if (!job.view().layers().empty()) {
       auto layers = build_layers(scene, wire::layers_of(job.view()), self->traits_.layers,
                                  self->content_->shape_numbers, self->content_->arrays);
@@ -218,6 +224,7 @@ class BuiltScene final : public RenderScene {
         channels_(std::move(channels)),
         content_(std::move(content)),
         noise_{.noise = job.samples().noise(), .samples = job.samples().spp()},
+        in_passes_(wire::works_in_passes(job)),
         may_scatter_(job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER),
         sharing_(job.view().path_sharing()),
         tables_(content_->tables) {}
@@ -379,7 +386,7 @@ class BuiltScene final : public RenderScene {
         algorithm_.make({tables_, rays, tables_.sampler.seed + tile.seed_offset, stats, or_alone(prepared)});
     const FilmSize size{static_cast<std::uint32_t>(tables_.sensor.width),
                         static_cast<std::uint32_t>(tables_.sensor.height)};
-    if (traits_.work == wire::WorkKind::kPasses) {
+    if (in_passes_) {
       PassFilm film(result, tables_.filter, static_cast<std::size_t>(tables_.layers.count),
                     static_cast<std::size_t>(tables_.sensor.response.sensitivity.bands),
                     edges_of(tables_.sensor), size);
@@ -408,6 +415,7 @@ class BuiltScene final : public RenderScene {
   const std::vector<wire::ChannelDesc> channels_;
   const std::shared_ptr<const SceneContent> content_;
   const NoiseTarget noise_;
+  const bool in_passes_;
   const bool may_scatter_;
   const v1::PathSharing sharing_;
   PixelGroup group_;                   // neighbours that share light

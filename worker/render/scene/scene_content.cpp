@@ -226,6 +226,7 @@ std::string content_key(const v1::Scene& scene, const v1::JobSpec& job, const st
   camera.clear_distortion();
   camera.clear_view_name();
   camera.clear_shutter();
+  camera.clear_focus_point();
   std::string key = absl::StrCat(isa, " ");
   const auto origin = render_origin(scene);
   if (camera.world_from_camera_end().elements().empty() && camera.motion().empty() && origin.ok()) {

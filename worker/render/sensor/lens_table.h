@@ -8,6 +8,9 @@
 #include <numbers>
 #include <vector>
 
+#include "render/sampling/alias_table.h"
+#include "render/sampling/piecewise2d.h"
+
 namespace tessera::render {
 
 enum class LensSurfaceShape : std::int32_t {
@@ -32,6 +35,8 @@ struct LensSurfaceRecord {
   std::int32_t first_edge = 0, edges = 0;
   float apothem = 0;
   std::int32_t refracts = 0;  // 0: the same medium is on both sides
+  std::int32_t is_stop = 0;
+  float coating_index = 0, coating_nm = 0;  // a layer on it; index 0: bare
 };
 
 /// Part of the plane of the pupil that light from a cell of the film can pass through. Along x of the cell it
@@ -73,9 +78,39 @@ struct LensTilt {
   float plane[3] = {0, 0, 1};                              // of focus: its normal over its distance
 };
 
+/// What an aperture of any shape lets through: of the square around its circle, rows from y = -1 on, with
+/// densities in proportion.
+struct AperturePicture {
+  Piecewise2d density;     // width 0: there is no picture
+  float transmission = 0;  // what densities are multiplied by
+
+  bool any() const { return density.width > 0; }
+};
+
+/// Two surfaces of a lens that reflect light, by their numbers.
+struct BounceRecord {
+  std::int32_t near_film = 0, near_scene = 0;
+};
+
+/// Light that surfaces of a lens reflect.
+struct GhostTable {
+  float part = 0;        // of the rays from the film, which look for ghosts; 0: nothing is reflected
+  AliasTable selection;  // of a bounce, roughly by the light that it brings
+  std::vector<BounceRecord> bounces;
+  // Before each surface as ratios of LensTable, and behind the last.
+  std::vector<float> indices;
+  float per_etendue = 0;     // what radiance brings to a place of the film, for each mm^2 sr over mm^2
+  float rays_of_lights = 0;  // that are sent into the lens while each pixel takes one sample; 0: none are
+};
+
 struct LensTable {
-  ApertureRecord aperture;                  // thin lenses have no more than this
-  LensTilt tilt;                            // and kTiltedLens this
+  // Thin lenses have no more than these.
+  ApertureRecord aperture;
+  LensTilt tilt;                               // kTiltedLens
+  float barrel_length = 0, barrel_radius = 1;  // SensorRecord::has_barrel; in radii of the lens
+
+  AperturePicture picture;  // of a thin lens, or of the stop
+  GhostTable ghosts;
   std::vector<LensSurfaceRecord> surfaces;  // from the film to the scene
   std::vector<float> coefficients;
   std::vector<float> edges;  // unit vectors to the middles of edges of the stop, x and y

@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "render/scene/view/aperture.h"
 #include "render/scene/view/lens.h"
 #include "render/scene/view/sensor.h"
 #include "render/scene/view/view.h"
@@ -264,7 +265,7 @@ TEST(SetView, LeavesTheCamerasMediumToTheContent) {
   const auto photographed = message<v1::Scene>(
       "camera { orthographic {} } film { photographic_exposure { f_number: 8 shutter_seconds: 0.01 iso: 200 "
       "} }");
-  ASSERT_EQ(set_view(photographed, job, read_settings(job), render_space_about({0, 0, 0}), tables),
+  ASSERT_EQ(set_view(photographed, job, read_settings(job), render_space_about({0, 0, 0}), {}, tables),
             absl::OkStatus());
   EXPECT_FLOAT_EQ(tables.sensor.response.exposure,
                   static_cast<float>(0.018 * 200 * 0.01 * std::numbers::pi / 4 / 64));
@@ -273,6 +274,52 @@ TEST(SetView, LeavesTheCamerasMediumToTheContent) {
       std::string(
           set_view(dark, job, read_settings(job), render_space_about({0, 0, 0}), {}, tables).message()),
       HasSubstr("film: the exposure is not finite"));
+}
+
+TEST(BuildSensor, PlacesOfFocusAreInThePictureAndOfCamerasWithALens) {
+  EXPECT_THAT(refusal("perspective { fov_degrees: 40 lens_radius: 1 } focus_point { x: 0.5 y: 1.5 }"),
+              HasSubstr("focus_point 0.5, 1.5 is not in the picture"));
+  EXPECT_THAT(refusal("spherical {} focus_point { x: 0.5 y: 0.5 }"),
+              HasSubstr("has no lens that a focus_point"));
+  // The distance comes later.
+  EXPECT_TRUE(sensor_of("perspective { fov_degrees: 40 lens_radius: 1 } focus_point { x: 0.5 y: 0.5 }").ok());
+}
+
+TEST(BuildSensor, ApertureAndBarrelAreChecked) {
+  const auto refused = [](const std::string& aperture) {
+    return refusal(absl::StrCat("perspective { fov_degrees: 40 lens_radius: 1 focal_distance: 2 aperture { ",
+                                aperture, " } }"));
+  };
+  EXPECT_THAT(refused("blades: 5 image { digest: 'a' }"),
+              HasSubstr("blades and its image exclude each other"));
+  EXPECT_THAT(refused("barrel_length: -1"), HasSubstr("a barrel is 0 to 1e6 radii of the lens long, not -1"));
+  EXPECT_THAT(refused("barrel_length: 1 barrel_radius: 0"),
+              HasSubstr("0.001 to 1e6 radii of the lens, not 0"));
+  EXPECT_THAT(refusal("orthographic { lens_radius: 1 focal_distance: 2 aperture { barrel_length: 1 } }"),
+              HasSubstr("orthographic cameras have no barrel"));
+}
+
+TEST(AperturePicture, LetsThroughWhatIsBright) {
+  BlobsInMemory blobs;
+  const std::vector<float> rows = {1, 0, 0.5f, 0};  // the lower row first, as PFM has it
+  blobs.add("picture", "Pf\n2 2\n-1.0\n" + bytes_of(rows));
+  blobs.add("black", "Pf\n1 1\n-1.0\n" + bytes_of(std::vector<float>{0}));
+  blobs.add("text", "none");
+  const auto picture =
+      aperture_picture(message<v1::BlobRef>("digest: 'picture' path: 'a.pfm'"), blobs.source);
+  ASSERT_TRUE(picture.ok()) << picture.status();
+  EXPECT_FLOAT_EQ(picture->transmission, 0.375f);
+  // Rows from y = -1 on.
+  const float* const density = picture->density.density.data();
+  EXPECT_FLOAT_EQ(density[0] * picture->transmission, 1);
+  EXPECT_FLOAT_EQ(density[1], 0);
+  EXPECT_FLOAT_EQ(density[2] * picture->transmission, 0.5f);
+  const auto fault = [&](const char* blob) {
+    return std::string(aperture_picture(message<v1::BlobRef>(blob), blobs.source).status().message());
+  };
+  EXPECT_THAT(fault("digest: 'black' path: 'b.pfm'"), HasSubstr("aperture 'b.pfm' is black"));
+  EXPECT_THAT(fault("digest: 'text' path: 'c.png'"), HasSubstr("c.png"));
+  EXPECT_THAT(fault("digest: 'none' path: 'd.png'"), HasSubstr("aperture 'd.png'"));
 }
 
 }  // namespace

@@ -66,9 +66,12 @@ TESSERA_MEMBERS(MovingLights, still, motion_of_light, motions, steps)
 TESSERA_MEMBERS(SensitivityTable, quantiles, light, matter, from_nm, to_nm, bands, first_band_nm,
                 bands_per_nm)
 TESSERA_MEMBERS(Response, exposure, sensitivity)
-TESSERA_MEMBERS(LensTable, aperture, tilt, surfaces, coefficients, edges, ratios, wavelengths, first_nm,
-                wavelengths_per_nm, film_distance, units_per_mm, pupil_z, rings, cells_x, cells_y,
-                cells_per_mm_x, cells_per_mm_y, first_x, first_y, pupil, weight)
+TESSERA_MEMBERS(AperturePicture, density, transmission)
+TESSERA_MEMBERS(GhostTable, part, selection, bounces, indices, per_etendue, rays_of_lights)
+TESSERA_MEMBERS(LensTable, aperture, tilt, barrel_length, barrel_radius, picture, ghosts, surfaces,
+                coefficients, edges, ratios, wavelengths, first_nm, wavelengths_per_nm, film_distance,
+                units_per_mm, pupil_z, rings, cells_x, cells_y, cells_per_mm_x, cells_per_mm_y, first_x,
+                first_y, pupil, weight)
 TESSERA_MEMBERS(HoleTable, radius, spread, inward, weight, light, reach, wavelengths, first_nm,
                 wavelengths_per_nm)
 TESSERA_MEMBERS(DistortionTable, smooth, grid, nodes, start_grid, starts, near)

@@ -8,7 +8,7 @@
 namespace tessera::render {
 
 bool FaultList::add(const google::protobuf::Message& element, const std::string& place,
-                    const absl::Status& status) {
+                    const absl::Status& status, int field) {
   if (status.ok()) return true;
   if (full() || status == fault_is_told()) return false;
   std::string message{status.message()};
@@ -18,7 +18,7 @@ bool FaultList::add(const google::protobuf::Message& element, const std::string&
     first_ = absl::Status(status.code(), message);
     if (!place.empty()) first_ = located(first_, place);
   }
-  found_.push_back({&element, place, std::move(message)});
+  found_.push_back({&element, place, std::move(message), field});
   return false;
 }
 

@@ -15,6 +15,7 @@ struct SceneFault {
   const google::protobuf::Message* element;  // part of the scene's message
   std::string place;                         // "shape 12 (lamp)"; empty where the message says it
   std::string message;
+  int field = 0;  // number of the element's field that is at fault; 0: not known
 };
 
 /// Faults in the order in which builders find them: a load asks for the first one, a client for many.
@@ -24,8 +25,9 @@ class FaultList {
 
   bool full() const { return found_.size() >= most_; }
   /// Adds the fault of an element, whose message may begin with the place; not where the list is full, where
-  /// the status is OK, or where it is fault_is_told(). Returns whether it is OK.
-  bool add(const google::protobuf::Message& element, const std::string& place, const absl::Status& status);
+  /// the status is OK, or where it is fault_is_told(). `field`: as of SceneFault. Returns whether it is OK.
+  bool add(const google::protobuf::Message& element, const std::string& place, const absl::Status& status,
+           int field = 0);
 
   /// The first fault, with its place; OK without any.
   const absl::Status& first() const { return first_; }

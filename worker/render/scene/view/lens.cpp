@@ -4,13 +4,18 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "optics/ghosts.h"
+#include "optics/image_quality.h"
 #include "optics/pupil.h"
+#include "render/scene/view/aperture.h"
+#include "wire/film_format.h"
 #include "wire/lens_message.h"
 
 namespace tessera::render {
@@ -71,9 +76,47 @@ class TableBuilder {
     }
   }
 
+  /// `half_diagonal`: of the film.
+  void add_ghosts(double half_diagonal, bool takes_light, const SensorRecord& sensor) {
+    const std::vector<optics::Bounce> bounces = lens_.bounces(kSodiumNm);
+    if (bounces.empty()) return;
+    GhostTable& ghosts = table_.ghosts;
+    const std::vector<double> shares = optics::ghost_shares(lens_, bounces, half_diagonal, kSodiumNm);
+    const double all = std::accumulate(shares.begin(), shares.end(), 0.0);
+    // Some bounces bring light that a few rays do not find.
+    constexpr double kEvenPart = 0.1, kLeastPart = 1.0 / 64, kMostPart = 1.0 / 4;
+    std::vector<double> weights;
+    for (const double share : shares) {
+      const double even = 1 / static_cast<double>(shares.size());
+      weights.push_back(all > 0 ? (1 - kEvenPart) * share / all + kEvenPart * even : even);
+    }
+    ghosts.selection = AliasTable::build(weights);
+    // Between equal noise of ghosts and picture, and none of the ghosts'.
+    ghosts.part = static_cast<float>(std::clamp(std::sqrt(all), kLeastPart, kMostPart));
+    const std::size_t last = lens_.elements().size() - 1;
+    for (const optics::Bounce& bounce : bounces) {
+      ghosts.bounces.push_back({static_cast<std::int32_t>(last - bounce.near_film),
+                                static_cast<std::int32_t>(last - bounce.near_scene)});
+    }
+    static const optics::Medium air;
+    for (std::size_t i = last + 1; i-- > 0;) add_indices(lens_.elements()[i].surface.behind);
+    add_indices(air);
+    if (takes_light)
+      ghosts.rays_of_lights = static_cast<float>(sensor.width) * static_cast<float>(sensor.height);
+  }
+
   LensTable table_;
 
  private:
+  void add_indices(const optics::Medium& medium) {
+    for (std::int32_t i = 0; i < table_.wavelengths; ++i)
+      table_.ghosts.indices.push_back(static_cast<float>(medium.eta(nm_at(i))));
+  }
+
+  double nm_at(std::int32_t wavelength) const {
+    return table_.wavelengths > 1 ? kFirstLensNm + wavelength * kLensStepNm : kSodiumNm;
+  }
+
   void add(const optics::LensSystem::Element& element, const optics::Medium& from, const optics::Medium& to) {
     const optics::Surface& surface = element.surface;
     LensSurfaceRecord record;
@@ -88,10 +131,14 @@ class TableBuilder {
     record.first_coefficient = static_cast<std::int32_t>(table_.coefficients.size());
     record.coefficients = static_cast<std::int32_t>(surface.aspheric.size());
     for (const double a : surface.aspheric) table_.coefficients.push_back(static_cast<float>(-a));
+    record.is_stop = surface.stop ? 1 : 0;
+    if (surface.coating) {
+      record.coating_index = static_cast<float>(surface.coating->index);
+      record.coating_nm = static_cast<float>(surface.coating->thickness_nm);
+    }
     if (surface.stop) add_edges(surface.diameter / 2, record);
     for (std::int32_t i = 0; i < table_.wavelengths; ++i) {
-      const double nm = table_.wavelengths > 1 ? kFirstLensNm + i * kLensStepNm : kSodiumNm;
-      const double ratio = from.eta(nm) / to.eta(nm);
+      const double ratio = from.eta(nm_at(i)) / to.eta(nm_at(i));
       table_.ratios.push_back(static_cast<float>(ratio));
       if (ratio != 1) record.refracts = 1;
     }
@@ -135,6 +182,38 @@ std::int32_t cell_of(const LensTable& table, double x, double y) {
          index(x - table.first_x, table.cells_per_mm_x, table.cells_x);
 }
 
+/// What the picture of the stop lets through of the light that reaches the middle of the film, 1 without one.
+double open_part(const optics::LensSystem& lens, const AperturePicture& picture) {
+  if (!picture.any()) return 1;
+  const double radius = lens.use().stop_diameter / 2;
+  const auto open_at = [&](const optics::Vector& at) {
+    const auto cell = [&](double place, std::int32_t cells) {
+      return std::clamp(static_cast<std::int32_t>((place / radius + 1) / 2 * cells), 0, cells - 1);
+    };
+    const std::int32_t width = picture.density.width;
+    const auto number =
+        static_cast<std::size_t>(cell(at.y, picture.density.height)) * static_cast<std::size_t>(width) +
+        static_cast<std::size_t>(cell(at.x, width));
+    return double{picture.density.density[number]} * picture.transmission;
+  };
+  const double plane = optics::pupil_plane(lens), half = lens.elements().back().surface.diameter / 2;
+  // A grid over all that the last surface lets through, seen from the middle of the film.
+  constexpr int kSide = 512;
+  double open = 0, all = 0;
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const int row = i / kSide, column = i % kSide;
+    const optics::Vector at{half * (2 * (column + 0.5) / kSide - 1), half * (2 * (row + 0.5) / kSide - 1),
+                            plane};
+    const optics::Ray ray{{}, optics::unit(at)};
+    if (lens.end_of(ray, kSodiumNm) != lens.elements().size()) continue;
+    const auto stop = lens.at_stop(ray, kSodiumNm);
+    if (!stop) continue;
+    const double weight = std::pow(ray.direction.z, 4);
+    open += weight * open_at(*stop), all += weight;
+  }
+  return all > 0 ? open / all : 0;
+}
+
 }  // namespace
 
 absl::StatusOr<FocusedLens> focus_lens(const v1::LensCamera& camera) {
@@ -155,17 +234,37 @@ absl::StatusOr<FocusedLens> focus_lens(const v1::LensCamera& camera) {
   return FocusedLens{*std::move(system), film_distance};
 }
 
-std::shared_ptr<const LensTable> lens_table(const v1::LensCamera& camera, const FocusedLens& lens,
-                                            const SensorRecord& sensor) {
+absl::StatusOr<std::shared_ptr<const LensTable>> lens_table(const v1::LensCamera& camera,
+                                                            const FocusedLens& lens,
+                                                            const SensorRecord& sensor,
+                                                            const LensSurroundings& surroundings) {
   TableBuilder builder(lens.system, sensor.disperses);
   LensTable& table = builder.table_;
   table.film_distance = static_cast<float>(lens.film_distance);
   table.units_per_mm = static_cast<float>(1 / wire::mm_per_unit(camera));
   builder.add_surfaces();
   builder.add_pupil(sensor);
-  const double middle =
-      camera.brightness() == v1::LensCamera::IRRADIANCE ? 1 : optics::axial_irradiance(lens.system);
+  if (camera.has_stop_image() && surroundings.blobs != nullptr) {
+    auto picture = aperture_picture(camera.stop_image(), *surroundings.blobs);
+    if (!picture.ok()) return picture.status();
+    table.picture = *std::move(picture);
+  }
+  const bool ghosts = camera.ghosts();
+  if (ghosts) {
+    const optics::FilmSize film =
+        wire::film_size(camera, {static_cast<double>(sensor.width), static_cast<double>(sensor.height)});
+    builder.add_ghosts(std::hypot(film.width, film.height) / 2, surroundings.takes_light, sensor);
+  }
+  double middle = 1;
+  if (camera.brightness() != v1::LensCamera::IRRADIANCE) {
+    middle = optics::axial_irradiance(lens.system) * open_part(lens.system, table.picture);
+    if (!(middle > 0))
+      return absl::InvalidArgumentError(
+          "the picture of the stop lets no light through to the middle of the film");
+    if (ghosts) middle *= optics::transmittance(lens.system, kSodiumNm);
+  }
   table.weight = static_cast<float>(1 / (double{table.pupil_z} * table.pupil_z * middle));
+  table.ghosts.per_etendue = static_cast<float>(1 / middle);
   return std::make_shared<const LensTable>(std::move(table));
 }
 

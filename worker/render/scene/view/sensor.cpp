@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <numbers>
 #include <optional>
@@ -14,9 +15,11 @@
 #include "render/scene/placement/motion.h"
 #include "render/scene/values/located.h"
 #include "render/scene/view/all_around.h"
+#include "render/scene/view/aperture.h"
 #include "render/scene/view/distortion.h"
 #include "render/scene/view/hole.h"
 #include "render/scene/view/lens.h"
+#include "render/scene/view/lens_faults.h"
 #include "render/scene/view/shutter.h"
 #include "render/scene/view/viewpoint.h"
 #include "render/sensor/lens_table.h"
@@ -67,33 +70,32 @@ absl::Status set_screen(const v1::Camera& camera, FilmSize film, double half_sid
   return absl::OkStatus();
 }
 
-/// `lens`: a message that has a lens_radius, a focal_distance and an aperture.
+/// `lens`: a message that has a lens_radius, a focal_distance and an aperture; it is sound.
 template <class CameraKind>
-absl::Status set_lens(const CameraKind& lens, SensorRecord& record) {
-  const float radius = lens.lens_radius(), focal_distance = lens.focal_distance();
+absl::Status set_lens(const CameraKind& lens, const LensSurroundings& surroundings, SensorRecord& record) {
+  // Where a point of the picture says what is sharp, any distance serves until the scene is there.
+  const float radius = lens.lens_radius(),
+              focal_distance =
+                  surroundings.focused_later && !(lens.focal_distance() > 0) ? 1 : lens.focal_distance();
   const v1::LensAperture& aperture = lens.aperture();
-  std::vector<std::string> faults;
-  if (!(radius >= 0) || !std::isfinite(radius) ||
-      (radius > 0 && !(focal_distance > 0 && std::isfinite(focal_distance))))
-    faults.emplace_back("a lens needs a finite radius and a focal distance above 0");
-  if (aperture.has_blades() && !(aperture.blades() >= 3 && aperture.blades() <= 64))
-    faults.push_back(absl::StrCat("an aperture has 3 to 64 blades, not ", aperture.blades()));
-  if (!std::isfinite(aperture.blade_degrees()))
-    faults.push_back(
-        absl::StrCat("an aperture's blades are not turned by ", aperture.blade_degrees(), " degrees"));
-  if (aperture.has_ratio() && !(aperture.ratio() >= 1e-3 && aperture.ratio() <= 1e3))
-    faults.push_back(absl::StrCat("an aperture's ratio is from 0.001 to 1000, not ", aperture.ratio()));
-  if (!faults.empty())
-    return absl::InvalidArgumentError(absl::StrCat("camera: ", absl::StrJoin(faults, "; ")));
   record.lens_radius = radius;
   record.focal_distance = focal_distance;
-  if (radius > 0) record.kind = with_lens(record.kind);
-  if (radius > 0 && (aperture.has_blades() || aperture.has_ratio())) {
-    auto table = std::make_shared<LensTable>();
-    table->aperture =
-        aperture_of(aperture.blades(), aperture.blade_degrees(), aperture.has_ratio() ? aperture.ratio() : 1);
-    record.lens = std::move(table);
+  if (radius == 0) return absl::OkStatus();
+  record.kind = with_lens(record.kind);
+  record.has_barrel = aperture.barrel_length() > 0;
+  if (!aperture.has_blades() && !aperture.has_ratio() && !aperture.has_image() && !record.has_barrel)
+    return absl::OkStatus();
+  auto table = std::make_shared<LensTable>();
+  table->aperture =
+      aperture_of(aperture.blades(), aperture.blade_degrees(), aperture.has_ratio() ? aperture.ratio() : 1);
+  table->barrel_length = static_cast<float>(aperture.barrel_length());
+  if (aperture.has_barrel_radius()) table->barrel_radius = static_cast<float>(aperture.barrel_radius());
+  if (aperture.has_image() && surroundings.blobs != nullptr) {
+    auto picture = aperture_picture(aperture.image(), *surroundings.blobs);
+    if (!picture.ok()) return located(picture.status(), "camera");
+    table->picture = *std::move(picture);
   }
+  record.lens = std::move(table);
   return absl::OkStatus();
 }
 
@@ -180,14 +182,37 @@ absl::Status set_hole(const v1::Camera& camera, FilmSize film, bool spectral, Se
   return absl::OkStatus();
 }
 
-absl::Status set_lens_system(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
+/// Light that is sent into the lens starts where rays from the film end, and is weighed by angles.
+absl::Status check_light_into_lens(const v1::Camera& camera, const SensorRecord& record) {
+  if (camera.near_clip() > 0 || camera.far_clip() > 0)
+    return absl::InvalidArgumentError("camera: clipping distances do not go with lens_ghosts 'lights'");
+  if (camera.has_distortion() || camera.has_shutter())
+    return absl::InvalidArgumentError(
+        "camera: neither a distortion nor a shutter of its own goes with lens_ghosts 'lights'");
+  const float* const m = record.render_from_sensor.m;
+  double lengths[3];
+  for (int a = 0; a < 3; ++a) lengths[a] = std::hypot(m[a], m[4 + a], m[8 + a]);
+  const auto [least, most] = std::minmax_element(std::begin(lengths), std::end(lengths));
+  if (*most > *least * 1.0001)
+    return absl::InvalidArgumentError(
+        "camera: a transform that stretches does not go with lens_ghosts 'lights'");
+  return absl::OkStatus();
+}
+
+absl::Status set_lens_system(const v1::Camera& camera, FilmSize film, bool spectral,
+                             const LensSurroundings& surroundings, SensorRecord& record) {
   const auto lens = focus_lens(camera.lens());
   if (!lens.ok()) return located(lens.status(), "camera");
   const double half_side = half_film_mm(camera.lens(), film) / lens->film_distance;
   if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
   record.kind = SensorKind::kLensSystem;
-  record.disperses = spectral && lens->system.disperses();
-  record.lens = lens_table(camera.lens(), *lens, record);
+  record.disperses = spectral && (lens->system.disperses() || camera.lens().ghosts());
+  if (camera.lens().ghosts() && surroundings.takes_light) {
+    if (auto s = check_light_into_lens(camera, record); !s.ok()) return s;
+  }
+  auto table = lens_table(camera.lens(), *lens, record, surroundings);
+  if (!table.ok()) return located(table.status(), "camera");
+  record.lens = *std::move(table);
   return absl::OkStatus();
 }
 
@@ -241,7 +266,20 @@ absl::Status set_tilt(const v1::LensTilt& tilt, SensorRecord& record) {
   return absl::OkStatus();
 }
 
-absl::Status set_perspective(const v1::Camera& camera, FilmSize film, SensorRecord& record) {
+absl::Status check_focus_point(const v1::Camera& camera) {
+  const v1::FocusPoint& point = camera.focus_point();
+  const auto is_part = [](double x) { return x >= 0 && x <= 1; };
+  if (!is_part(point.x()) || !is_part(point.y()))
+    return absl::InvalidArgumentError(absl::StrCat("camera: focus_point ", point.x(), ", ", point.y(),
+                                                   " is not in the picture; 0 to 1 are its edges"));
+  if (!camera.has_perspective() && !camera.has_orthographic() && !camera.has_lens())
+    return absl::InvalidArgumentError(
+        "camera: it has no lens that a focus_point could focus; perspective, orthographic and lens have");
+  return absl::OkStatus();
+}
+
+absl::Status set_perspective(const v1::Camera& camera, FilmSize film, const LensSurroundings& surroundings,
+                             SensorRecord& record) {
   const v1::PerspectiveCamera& perspective = camera.perspective();
   if (const auto fault = wire::field_fault(perspective))
     return absl::InvalidArgumentError(absl::StrCat("camera: ", *fault));
@@ -249,21 +287,22 @@ absl::Status set_perspective(const v1::Camera& camera, FilmSize film, SensorReco
       wire::field_of_view(perspective, {static_cast<double>(film.width), static_cast<double>(film.height)});
   const double half_side = std::tan(fov * std::numbers::pi / 360);
   if (auto s = set_screen(camera, film, half_side, record); !s.ok()) return s;
-  if (auto s = set_lens(perspective, record); !s.ok()) return s;
+  if (auto s = set_lens(perspective, surroundings, record); !s.ok()) return s;
   return perspective.has_tilt() ? set_tilt(perspective.tilt(), record) : absl::OkStatus();
 }
 
 /// How the film lies before the camera, and its lens.
-absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectral, SensorRecord& record) {
+absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectral,
+                            const LensSurroundings& surroundings, SensorRecord& record) {
   switch (camera.kind_case()) {
     case v1::Camera::kPerspective:
-      return set_perspective(camera, film, record);
+      return set_perspective(camera, film, surroundings, record);
     case v1::Camera::kOrthographic:
       record.kind = SensorKind::kOrthographic;
       if (auto s = set_screen(camera, film, 1, record); !s.ok()) return s;
-      return set_lens(camera.orthographic(), record);
+      return set_lens(camera.orthographic(), surroundings, record);
     case v1::Camera::kLens:
-      return set_lens_system(camera, film, spectral, record);
+      return set_lens_system(camera, film, spectral, surroundings, record);
     case v1::Camera::kPinhole:
       return set_hole(camera, film, spectral, record);
     case v1::Camera::kFisheye:
@@ -283,7 +322,7 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
 
 absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize film, const RenderSpace& space,
                                           const wire::AlgorithmTraits& algorithm, bool spectral,
-                                          const BlobSource& blobs) {
+                                          const LensSurroundings& surroundings) {
   const auto world_from_camera = Transform::from_proto(camera.world_from_camera());
   if (!world_from_camera.ok()) return located(world_from_camera.status(), "camera");
   if (world_from_camera->determinant() == 0)
@@ -306,11 +345,19 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   }
   record.width = static_cast<std::int32_t>(film.width);
   record.height = static_cast<std::int32_t>(film.height);
+  if (const std::vector<LensFault> faults = lens_faults_of(camera); !faults.empty()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("camera: ", absl::StrJoin(faults, "; ", [](std::string* out, const LensFault& fault) {
+                       out->append(fault.message);
+                     })));
+  }
+  if (auto s = check_focus_point(camera); camera.has_focus_point() && !s.ok()) return s;
   if (auto s = check_for_algorithm(camera, film, algorithm); !s.ok()) return s;
-  if (auto s = set_projection(camera, film, spectral, record); !s.ok()) return s;
+  if (auto s = set_projection(camera, film, spectral, surroundings, record); !s.ok()) return s;
   move_window(camera, record);
   if (camera.has_distortion()) {
-    auto distortion = distortion_table(camera, record, blobs);
+    auto distortion =
+        distortion_table(camera, record, surroundings.blobs ? *surroundings.blobs : BlobSource{});
     if (!distortion.ok()) return distortion.status();
     record.distortion = *std::move(distortion);
   }

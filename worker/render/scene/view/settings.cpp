@@ -63,6 +63,7 @@ Settings read_settings(const v1::JobSpec& job) {
   result.structure = structure_of(asked.accelerator());
   result.spectral = asked.color() == v1::COLOR_SPECTRAL;
   result.straight_shadows = asked.glass_shadows() == v1::GLASS_SHADOWS_STRAIGHT;
+  result.light_into_lens = job.view().lens_ghosts() == v1::LENS_GHOSTS_LIGHTS;
   result.texture_filter = filter_of(asked.texture_filter());
   if (asked.has_irradiance_cache()) {
     const v1::IrradianceCache& cache = asked.irradiance_cache();

@@ -24,6 +24,7 @@ struct Settings {
   std::optional<StructureKind> structure;               // none: Embree's
   TexelFilter texture_filter = TexelFilter::kBilinear;  // used for images that name none
   bool straight_shadows = false;                        // light passes clear glass unbent
+  bool light_into_lens = false;                         // ghosts of lights are found from the lights, too
   bool spectral = false;                                // paths carry light of wavelengths
   PhotonSettings photon;
   MetropolisSettings metropolis;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "render/scene/view/focus.h"
+#include "render/scene/view/lens_faults.h"
 #include "render/scene/view/sensitivity.h"
 #include "render/sensor/footprint_record.h"
 #include "wire/exposure.h"
@@ -52,8 +54,14 @@ std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::st
         camera, place,
         absl::InvalidArgumentError("it sees all around, so that aov 'motion' has no film to move over"));
   }
+  if (const std::vector<LensFault> of_lens = lens_faults_of(camera); !of_lens.empty()) {
+    for (const LensFault& fault : of_lens)
+      faults.add(*fault.element, place, absl::InvalidArgumentError(fault.message), fault.field);
+    return std::nullopt;
+  }
   auto sensor = build_sensor(camera, {job.view().width(), job.view().height()}, space, *settings.algorithm,
-                             settings.spectral, blobs);
+                             settings.spectral,
+                             {blobs ? &blobs : nullptr, camera.has_focus_point(), settings.light_into_lens});
   if (!faults.add(camera, place, sensor.status())) return std::nullopt;
   return *std::move(sensor);
 }
@@ -113,6 +121,24 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
   tables.radiosity = settings.radiosity;
   tables.photon = settings.photon;
   tables.metropolis = settings.metropolis;
+}
+
+absl::Status focus_view(const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs,
+                        const SceneArrays& arrays, const RayQuery& rays, SceneTables& tables) {
+  if (!scene.camera().has_focus_point()) return absl::OkStatus();
+  v1::Camera camera = scene.camera();
+  if (auto s = focus_on_point(tables.sensor, arrays, rays, camera); !s.ok()) return s;
+  const auto origin = render_origin(scene);
+  if (!origin.ok()) return origin.status();
+  const Settings settings = read_settings(job);
+  FaultList faults(1);
+  auto sensor = check_camera(camera, "camera", job, settings, render_space_about(*origin), blobs, faults);
+  if (!sensor) return faults.first();
+  sensor->medium = tables.sensor.medium;
+  sensor->response = std::move(tables.sensor.response);
+  tables.sensor = *std::move(sensor);
+  tables.footprint = footprint_of(tables.sensor, job.view().texture_footprint());
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::render

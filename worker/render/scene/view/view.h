@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "render/accel/ray_query.h"
 #include "render/film/pixel_filter.h"
 #include "render/integrator/scene_tables.h"
 #include "render/scene/blob_source.h"
@@ -21,8 +22,8 @@ namespace tessera::render {
 absl::StatusOr<PixelFilterRecord> build_filter(const v1::PixelFilter& filter);
 
 /// The sensor that a camera is, but for its medium; absent, and `faults` has why, where there is none.
-/// `place` is what the camera is called there. `blobs`: of the scene; without, a camera that needs one is at
-/// fault.
+/// `place` is what the camera is called there. `blobs`: of the scene; without, apertures that are pictures
+/// are round, and a camera with a distortion map is at fault.
 std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::string& place,
                                          const v1::JobSpec& job, const Settings& settings,
                                          const RenderSpace& space, const BlobSource& blobs,
@@ -40,5 +41,10 @@ absl::Status set_view(const v1::Scene& scene, const v1::JobSpec& job, const Sett
 /// The same, but goes on after a fault.
 void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& settings,
               const RenderSpace& space, const BlobSource& blobs, SceneTables& tables, FaultList& faults);
+
+/// Sets the sensor of the tables anew where the camera has a focus_point, for content that has its view.
+/// InvalidArgument where nothing is hit there.
+absl::Status focus_view(const v1::Scene& scene, const v1::JobSpec& job, const BlobSource& blobs,
+                        const SceneArrays& arrays, const RayQuery& rays, SceneTables& tables);
 
 }  // namespace tessera::render

@@ -1,9 +1,10 @@
-// Points of a thin lens's aperture, evenly by area. The density over the lens is one over the aperture's area
-// in rays as in connections, so that neither needs to know it.
+// Points of a thin lens's aperture, evenly by area, or in proportion to what lets light through. The density
+// over the lens is the same in rays as in connections, so that neither needs to know it.
 #pragma once
 
 #include <numbers>
 
+#include "render/sampling/piecewise2d_sample.h"
 #include "render/sampling/warp.h"
 #include "render/sensor/lens_table.h"
 #include "render/sensor/sensor.h"
@@ -25,10 +26,25 @@ inline Vec2 disk_to_aperture(const ApertureRecord& aperture, Polar disk) {
   return {(out * c - along * s) * aperture.width, out * s + along * c};
 }
 
+/// A point of the aperture, in radii of the lens: of a picture, in proportion to what it lets through there.
+inline Vec2 point_of_aperture(const LensTable& lens, Vec2 u_lens) {
+  if (!lens.picture.any()) return disk_to_aperture(lens.aperture, square_to_disk_polar(u_lens));
+  const Vec2 uv = locate_piecewise2d(lens.picture.density, u_lens, Mask::all()).uv;
+  return {fma(uv.x, Float(2.0f), Float(-1.0f)) * lens.aperture.width, fma(uv.y, Float(2.0f), Float(-1.0f))};
+}
+
 inline Vec3 point_of_lens(const SensorRecord& sensor, Vec2 u_lens) {
-  const Vec2 point = sensor.lens ? disk_to_aperture(sensor.lens->aperture, square_to_disk_polar(u_lens))
-                                 : square_to_disk(u_lens);
+  const Vec2 point = sensor.lens ? point_of_aperture(*sensor.lens, u_lens) : square_to_disk(u_lens);
   return {point.x * sensor.lens_radius, point.y * sensor.lens_radius, Float(0.0f)};
+}
+
+/// Whether a ray from a point of the lens gets out of the barrel in front of it.
+inline Mask leaves_barrel(const SensorRecord& sensor, Vec3 lens, Vec3 direction) {
+  if (!sensor.has_barrel) return Mask::all();
+  const float length = sensor.lens->barrel_length * sensor.lens_radius,
+              radius = sensor.lens->barrel_radius * sensor.lens_radius;
+  const Float t = length / direction.z;
+  return sqr(fma(direction.x, t, lens.x)) + sqr(fma(direction.y, t, lens.y)) <= radius * radius;
 }
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -13,7 +13,9 @@ class ThinLensSensor final : public SensorModel {
 
   LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2 u_lens) const override {
     const Vec3 lens = point_of_lens(sensor, u_lens), through{place.x, place.y, Float(1.0f)};
-    return {lens, through * Float(sensor.focal_distance) - lens};
+    LocalRay ray{lens, through * Float(sensor.focal_distance) - lens};
+    ray.valid = leaves_barrel(sensor, lens, ray.direction);
+    return ray;
   }
   LocalConnection connect(const SensorRecord& sensor, Vec3 point, Vec2 u_lens) const override {
     // Where the ray from the lens meets the plane of focus, seen from the middle of the lens.
@@ -21,7 +23,9 @@ class ThinLensSensor final : public SensorModel {
     const Float t = sensor.focal_distance / point.z;
     const Vec2 place{(lens.x + (point.x - lens.x) * t) * (1 / sensor.focal_distance),
                      (lens.y + (point.y - lens.y) * t) * (1 / sensor.focal_distance)};
-    return through_plane(sensor, point, place, lens);
+    LocalConnection connection = through_plane(sensor, point, place, lens);
+    connection.valid = leaves_barrel(sensor, lens, point - lens);
+    return connection;
   }
   Float pixel_width(const SensorRecord& sensor, Float distance) const override {
     return distance * pixel_step(sensor);

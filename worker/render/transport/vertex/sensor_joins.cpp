@@ -8,22 +8,10 @@
 #include "render/sensor/respond.h"
 #include "render/sensor/shutter.h"
 #include "render/transport/vertex/dispersion.h"
+#include "render/transport/vertex/film_reach.h"
 #include "render/transport/vertex/light_start.h"
 
 namespace tessera::render::TESSERA_ISA {
-
-namespace {
-
-/// Lanes whose place on the film is seen by a pixel of the rectangle. Where the film has no edge, places on
-/// one side of it are seen by pixels on another.
-Mask lands(const SceneTables& scene, Vec2 film, const FilmRect& rect) {
-  if (edges_of(scene.sensor) != RasterEdges::kOpen) return Mask::all();
-  const float rx = scene.filter.x.radius, ry = scene.filter.y.radius;
-  return (film.x > static_cast<float>(rect.x0) - rx) & (film.x < static_cast<float>(rect.x1) + rx) &
-         (film.y > static_cast<float>(rect.y0) - ry) & (film.y < static_cast<float>(rect.y1) + ry);
-}
-
-}  // namespace
 
 SensorJoin sensor_join(const SceneTables& scene, const Vertex& v, Spectrum beta, Int dispersed,
                        const Wavelengths& wavelengths, Vec2 u_lens, const FilmRect& rect, Mask wanted) {
@@ -64,15 +52,15 @@ void SensorJoins::add(const Vertex& v, const SensorJoin& join, UInt key, const W
   ray.key = bit_cast<std::int32_t>(key);
   ray.layers = join.layers;
   ray.inverse_weight = join.inverse_weight;
-  add(ray, join.eye.raster, wavelengths, shines);
+  ray.wavelengths = wavelengths;
+  add(ray, join.eye.raster, shines);
 }
 
-void SensorJoins::add(WideConnection ray, Vec2 raster, const Wavelengths& wavelengths, Mask shines) {
-  ray.wavelengths = wavelengths;
+void SensorJoins::add(const WideConnection& ray, Vec2 raster, Mask shines) {
   const int at = connections_.size;
   compress_store(raster.x, shines, film_x_ + at);
   compress_store(raster.y, shines, film_y_ + at);
-  if constexpr (kSpectral) append_lanes(wavelengths, shines, wavelengths_, at);
+  if constexpr (kSpectral) append_lanes(ray.wavelengths, shines, wavelengths_, at);
   connections_.size += append(scene_, ray, shines, connections_, at);
   for (int i = at; i < connections_.size; ++i) connections_.slot[i] = i;
 }

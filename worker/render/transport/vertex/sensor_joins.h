@@ -41,7 +41,7 @@ class SensorJoins {
   /// the way, in volumetric scenes.
   void add(const Vertex& v, const SensorJoin& join, UInt key, const Wavelengths& wavelengths, Mask shines);
   /// Adds rays that bring light to these places of the film, in pixels, if nothing is in their way.
-  void add(WideConnection ray, Vec2 raster, const Wavelengths& wavelengths, Mask shines);
+  void add(const WideConnection& ray, Vec2 raster, Mask shines);
   void trace(Film& film);
 
  private:
