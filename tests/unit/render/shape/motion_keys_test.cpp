@@ -141,7 +141,8 @@ TEST(MotionKeys, TheErrorOfTheirStepsIsBounded) {
   check(wheel, {1, 0, 0}, 1);
   EXPECT_THAT(roughness_of(wheel.steps()), IsEmpty());
   // A turn that starts late has fewer of the steps.
-  const Motion late = through(Transform{}, {{0.5, Transform{}}, {1, Transform{}, {{0, 0, 1}, 540, {}}}});
+  const Motion late =
+      through(Transform{}, {{0.5, Transform{}}, {1, Transform{}, {{0, 0, 1}, 540, {0, 0, 0}}}});
   check(late, {1, 0, 0}, 1);
   EXPECT_THAT(roughness_of(late.steps()), HasSubstr("leave the way by up to 0.27 %"));
 }
@@ -149,7 +150,7 @@ TEST(MotionKeys, TheErrorOfTheirStepsIsBounded) {
 TEST(MotionKeys, OfProductsAreMet) {
   const Motion a = through(at_x(0), {{0.5, at_x(1)}}), b = through(at_x(0), {{1.0 / 3, at_x(1)}});
   EXPECT_EQ(steps_of_product(std::vector{a, b}).segments, 6);
-  const Motion turns = through(Transform{}, {{1.0 / 3, Transform{}, {{0, 0, 1}, 20, {}}}});
+  const Motion turns = through(Transform{}, {{1.0 / 3, Transform{}, {{0, 0, 1}, 20, {0, 0, 0}}}});
   const MotionSteps both = steps_of_product(std::vector{a, turns});
   EXPECT_EQ(both.segments, 126);
   EXPECT_LT(both.error, 1e-4);

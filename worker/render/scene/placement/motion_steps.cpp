@@ -79,30 +79,27 @@ MotionSteps steps_of_product(std::span<const Motion> motions) {
     bends.insert(bends.end(), own.begin(), own.end());
   }
   if (moving == 0) return {};
-  int least = static_cast<int>(std::clamp(std::ceil(needed), 1.0, double{Motion::kMostSegments}));
   if (moving > 1) {
-    curvature = turning * (turning / 8 + growing / 4 + going / 4);
+    curvature = turning * (turning / 8 + growing / 4 + going / 4) + growing * (growing / 4 + going / 4);
     if (straight) curvature = 0;
-    // Bends may be hit by fewer.
-    if (!straight) least = bends.empty() ? Motion::kMostSegments : Motion::kMostSegments / 2;
   }
-  const auto error_of = [&](int segments) {
+  const auto error_of_bends = [&](int segments) {
     double error = 0;
     for (const Motion::Bend& bend : bends) error += bend_error(bend.time, bend.jump, segments);
     return error;
   };
-  // The fewest that hit all bends, but of products that turn the most; else the closest.
-  const bool most = moving > 1 && !straight;
+  const auto arc_error = [&](double segments) { return curvature / (segments * segments); };
+  // The fewest that follow it closely, if any do, else the closest; of products that turn, that, too.
+  const bool closest = (moving > 1 && !straight) || needed > Motion::kMostSegments;
   MotionSteps best{0, HUGE_VAL, 0};
-  for (int i = 0; i <= Motion::kMostSegments - least; ++i) {
-    const int segments = most ? Motion::kMostSegments - i : least + i;
-    const double error = error_of(segments);
-    if (!(error >= best.error)) best = {segments, error, 0};
-    if (error <= kStepTolerance) break;
+  for (int n = 1; n <= Motion::kMostSegments; ++n) {
+    const double bent = error_of_bends(n), error = bent + arc_error(n);
+    if (!(error > best.error)) best = {n, error, arc_error(n)};
+    if (!closest && n >= needed && bent <= kStepTolerance) {
+      best = {n, error, arc_error(n)};
+      break;
+    }
   }
-  const double segments = best.segments;
-  best.arc_error = curvature / (segments * segments);
-  best.error = std::max(best.error, best.arc_error);
   return best;
 }
 
