@@ -24,7 +24,7 @@ Pictures of_stills(const std::function<std::string(double)>& scene_at) {
   for (int seed = 0; seed < kSeeds; ++seed) {
     Picture mean;
     for (int i = 0; i < kStills; ++i) {
-      const int number = seed * kStills + i;
+      const int number = 1000 + seed * kStills + i;
       PictureRequest request;
       request.scene = scene_at((i + std::fmod(0.5 + 0.6180339887498949 * number, 1.0)) / kStills);
       request.max_depth = kDepth;
