@@ -11,7 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "statistical/reference/spectral_pictures.h"
 
-namespace tessera::test {
+namespace tessera::test::motion_pictures {
 namespace {
 
 constexpr std::uint32_t kDepth = 2;
@@ -45,7 +45,7 @@ Pictures of_stills(const std::function<std::string(double)>& scene_at) {
 }
 
 /// Fails where the pictures differ, and where a difference of the part `seen` would not have been found.
-void expect_agreement(const Pictures& a, const Pictures& b, double relative, double seen) {
+void expect_alike(const Pictures& a, const Pictures& b, double relative, double seen) {
   expect_same(a, b, relative);
   Pictures brighter = b;
   for (Picture& picture : brighter)
@@ -96,7 +96,7 @@ TEST(MotionPictures, AWheelOfOneTurnAndAHalfIsTheMeanOfStills) {
         elements(absl::StrFormat("%.15g,%.15g,0,%.15g, %.15g,%.15g,0,0, 0,0,1,0, 0,0,0,1", c, -s, x, s, c)),
         " }");
   };
-  expect_agreement(moving(moves), of_stills(still), 2e-3, 0.03);
+  expect_alike(moving(moves), of_stills(still), 2e-3, 0.03);
 }
 
 TEST(MotionPictures, ACameraOfThreeKeysSeesTheMeanOfStills) {
@@ -118,7 +118,7 @@ TEST(MotionPictures, ACameraOfThreeKeysSeesTheMeanOfStills) {
     return absl::StrCat(things, " camera { perspective { fov_degrees: 60 } world_from_camera ", pose(t),
                         " }");
   };
-  expect_agreement(moving(moves), of_stills(still), 2e-3, 0.03);
+  expect_alike(moving(moves), of_stills(still), 2e-3, 0.03);
 }
 
 /// An arm that turns, and on it a wheel that turns, each with keys of its own.
@@ -146,7 +146,7 @@ TEST(MotionPictures, LevelsWithKeysOfTheirOwnAreTheMeanOfStills) {
                             " } motion { time: 1 place ", arm(1), " }"),
                absl::StrCat("world_from_instance ", wheel(0), " motion { time: 0.5 place ", wheel(0.5), " }"),
                nesting);
-    expect_agreement(moving(moves), stills, 2e-3, 0.03);
+    expect_alike(moving(moves), stills, 2e-3, 0.03);
   }
 }
 
@@ -173,30 +173,30 @@ std::string rolling_scene(const std::string& shutter) {
 constexpr const char* kRolling = "trapezoid { opening: 0.3 closing: 0.1 } rolling { duration: 0.25 }";
 constexpr const char* kColumns = "rolling { direction: LEFT duration: 0.5 }";
 
-struct Integrator {
+struct RollingCase {
   const char* name;
   const char* shutter = kRolling;
   double relative = 1e-3, seen = 0.04;
   const char* settings = "";
 };
 
-class RollingShutter : public testing::TestWithParam<Integrator> {};
+class RollingShutter : public testing::TestWithParam<RollingCase> {};
 
 TEST_P(RollingShutter, AgreesWithPathsOfPixelsAlone) {
   const std::string scene = rolling_scene(GetParam().shutter);
-  expect_agreement(pictures_of(scene, "path", 3, kAlone),
-                   pictures_of(scene, GetParam().name, 3, GetParam().settings), GetParam().relative,
-                   GetParam().seen);
+  expect_alike(pictures_of(scene, "path", 3, kAlone),
+               pictures_of(scene, GetParam().name, 3, GetParam().settings), GetParam().relative,
+               GetParam().seen);
 }
 
 // Merging blurs.
 INSTANTIATE_TEST_SUITE_P(
     Integrators, RollingShutter,
-    testing::Values(Integrator{"path", kRolling, 1e-3, 0.04, kShared},
-                    Integrator{"path", kColumns, 1e-3, 0.04, kShared}, Integrator{"volpath"},
-                    Integrator{"light"}, Integrator{"light", kColumns}, Integrator{"bdpt"},
-                    Integrator{"bdpt", kColumns}, Integrator{"mlt", kRolling, 1e-3, 0.08},
-                    Integrator{"vcm", kRolling, 0.01, 0.08}),
+    testing::Values(RollingCase{"path", kRolling, 1e-3, 0.04, kShared},
+                    RollingCase{"path", kColumns, 1e-3, 0.04, kShared}, RollingCase{"volpath"},
+                    RollingCase{"light"}, RollingCase{"light", kColumns}, RollingCase{"bdpt"},
+                    RollingCase{"bdpt", kColumns}, RollingCase{"mlt", kRolling, 1e-3, 0.08},
+                    RollingCase{"vcm", kRolling, 0.01, 0.08}),
     [](const auto& test) {
       return absl::StrCat(test.param.name, test.param.shutter == kColumns ? "Columns" : "Rows", test.index);
     });
@@ -209,4 +209,4 @@ TEST(RollingShutter, ShowsRowsThatDifferFromOthers) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::test::motion_pictures

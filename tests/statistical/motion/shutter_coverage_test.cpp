@@ -14,7 +14,7 @@
 #include "support/picture/p_values.h"
 #include "support/picture/scene_file.h"
 
-namespace tessera::test {
+namespace tessera::test::shutter_coverage {
 namespace {
 
 constexpr int kSide = 32;
@@ -281,4 +281,4 @@ TEST(ShutterCoverage, OfRowsIsThatOfStillPicturesWhileTheyAreExposed) {
 }
 
 }  // namespace
-}  // namespace tessera::test
+}  // namespace tessera::test::shutter_coverage

@@ -12,11 +12,8 @@
 #include "support/kernel/chi2.h"
 #include "support/kernel/random_lanes.h"
 
-namespace tessera::render::TESSERA_ISA {
+namespace tessera::render::TESSERA_ISA::shutters {
 namespace {
-
-using test::chi_square_test;
-using test::sidak_level;
 
 constexpr int kRows = 16, kColumns = 24;
 
@@ -80,7 +77,7 @@ TEST(Shutter, TimesHaveTheOpennessAsTheirDensity) {
       expected[static_cast<std::size_t>(i / 1000)] +=
           ((1 - part) * knots[k].openness + part * knots[k + 1].openness) * kSamples / kPoints;
     }
-    EXPECT_GT(chi_square_test(observed, expected).p_value, sidak_level(0.001, 5));
+    EXPECT_GT(test::chi_square_test(observed, expected).p_value, test::sidak_level(0.001, 5));
     EXPECT_EQ(exposure_at(sensor, place(0, 0), Float(0.5f)).lane(0), 1) << "all of it is exposed at once";
   }
 }
@@ -206,4 +203,4 @@ TEST(Shutter, WithoutATableTimesAreTheNumbers) {
 }
 
 }  // namespace
-}  // namespace tessera::render::TESSERA_ISA
+}  // namespace tessera::render::TESSERA_ISA::shutters

@@ -12,7 +12,7 @@
 #include "render/scene/placement/motion.h"
 #include "render/scene/shape/object_part.h"
 
-namespace tessera::render {
+namespace tessera::render::motion_keys {
 namespace {
 
 using testing::AllOf;
@@ -207,4 +207,4 @@ TEST(MotionKeys, WithoutAPlaceAreWhereTheKeyBeforeIs) {
 }
 
 }  // namespace
-}  // namespace tessera::render
+}  // namespace tessera::render::motion_keys
