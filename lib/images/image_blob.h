@@ -18,8 +18,8 @@ struct ImageSize {
 };
 
 /// Decoded pixels, rows from the top, always four channels (R, G, B, A) interleaved: grey is spread over R, G
-/// and B, alpha is 1 (255) where the file has none, and colours are never multiplied by it. Values are as the
-/// file encodes them.
+/// and B, blue is 0 beside red and green alone, alpha is 1 (255) where the file has none, and colours are
+/// never multiplied by it. Values are as the file encodes them.
 struct ImagePixels {
   ImageSize size;
   bool floating_point = false;       // whether the file held floats, or integers of whatever depth

@@ -70,13 +70,17 @@ template <class T>
 bool read_pixels(OIIO::ImageInput& input, const OIIO::ImageSpec& spec, OIIO::TypeDesc type, T opaque,
                  T* values) {
   const std::size_t pixels = static_cast<std::size_t>(spec.width) * static_cast<std::size_t>(spec.height);
-  const bool grey = spec.nchannels < 3;
+  // A picture without blue, as maps of places are, is no grey one.
+  const bool red_and_green =
+      spec.nchannels == 2 && spec.channelnames[0] == "R" && spec.channelnames[1] == "G";
+  const bool grey = spec.nchannels < 3 && !red_and_green;
   const bool with_alpha = grey ? spec.nchannels == 2 && spec.alpha_channel == 1 : spec.nchannels > 3;
   const int channels = grey ? (with_alpha ? 2 : 1) : std::min(spec.nchannels, 4);
   if (!input.read_image(0, 0, 0, channels, type, values, 4 * sizeof(T))) return false;
   for (std::size_t i = 0; i < pixels; ++i) {
     T* const pixel = values + 4 * i;
     if (!with_alpha) pixel[3] = opaque;
+    if (red_and_green) pixel[2] = 0;
     if (!grey) continue;
     if (with_alpha) pixel[3] = pixel[1];
     pixel[1] = pixel[2] = pixel[0];

@@ -49,6 +49,23 @@ class ImageBlob : public testing::Test {
     return bytes_of(path_);
   }
 
+  /// An EXR of these channels, in which the first is 0.5 everywhere, the second 0.25, and so on.
+  std::string with_channels(const std::vector<std::string>& names) {
+    path_ = (directory_ / "channels.exr").string();
+    const auto output = OIIO::ImageOutput::create(path_);
+    OIIO::ImageSpec spec(kWidth, kHeight, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);
+    spec.channelnames = names;
+    spec.alpha_channel = -1;
+    std::vector<float> values;
+    for (int i = 0; i < kWidth * kHeight; ++i) {
+      float value = 1;
+      for (std::size_t c = 0; c < names.size(); ++c) values.push_back(value /= 2);
+    }
+    EXPECT_TRUE(output->open(path_, spec) && output->write_image(OIIO::TypeDesc::FLOAT, values.data()) &&
+                output->close());
+    return bytes_of(path_);
+  }
+
   static std::string bytes_of(const std::string& path) {
     std::ifstream in(path, std::ios::binary);
     return {std::istreambuf_iterator<char>(in), {}};
@@ -200,17 +217,17 @@ TEST_F(ImageBlob, AHeaderMayNotAskForMoreMemoryThanAFileIsWorth) {
   EXPECT_THAT(std::string(status.message()), testing::HasSubstr("256 MB"));
 }
 
+TEST_F(ImageBlob, RedAndGreenAloneAreNoGrey) {
+  const std::string map = with_channels({"R", "G"}), grey = with_channels({"Y"});
+  const auto both = decode_image(map, "map.exr"), one = decode_image(grey, "grey.exr");
+  ASSERT_TRUE(both.ok() && one.ok()) << both.status() << one.status();
+  EXPECT_THAT(std::vector<float>(both->floats.begin(), both->floats.begin() + 4),
+              testing::ElementsAre(0.5f, 0.25f, 0, 1));
+  EXPECT_THAT(std::vector<float>(one->floats.begin(), one->floats.begin() + 4),
+              testing::ElementsAre(0.5f, 0.5f, 0.5f, 1));
+}
+
 TEST_F(ImageBlob, BandsOfASpectrumAreNoColours) {
-  const auto with_channels = [&](const std::vector<std::string>& names) {
-    path_ = (directory_ / "bands.exr").string();
-    const auto output = OIIO::ImageOutput::create(path_);
-    OIIO::ImageSpec spec(kWidth, kHeight, static_cast<int>(names.size()), OIIO::TypeDesc::FLOAT);
-    spec.channelnames = names;
-    const std::vector<float> values(static_cast<std::size_t>(kWidth * kHeight) * names.size(), 0.5f);
-    EXPECT_TRUE(output->open(path_, spec) && output->write_image(OIIO::TypeDesc::FLOAT, values.data()) &&
-                output->close());
-    return bytes_of(path_);
-  };
   const std::vector<std::string> bands = {"S0.450,000000nm", "S0.500,000000nm", "S0.550,000000nm",
                                           "S0.600,000000nm"};
   const std::string light = with_channels(bands);
