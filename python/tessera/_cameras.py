@@ -11,13 +11,13 @@ import numpy.typing as npt
 
 from tessera._scene_message import SceneMessage
 from tessera._values import checked, choice, matrix_message
-from tessera.v1 import camera_pb2, value_pb2
+from tessera.v1 import camera_pb2, rig_pb2, value_pb2
 
 _FILTERS = {kind.lower(): number for kind, number in camera_pb2.PixelFilter.Kind.items()}
 _FISHEYES = {kind.lower(): number for kind, number in camera_pb2.FisheyeCamera.Mapping.items()}
 _SPHERES = {kind.lower(): number for kind, number in camera_pb2.SphericalCamera.Mapping.items()}
 _LAYOUTS = {kind.lower(): number for kind, number in camera_pb2.CubeMapCamera.Layout.items()}
-_AXES = {kind.lower(): number for kind, number in camera_pb2.Viewpoint.Axes.items()}
+_AXES = {kind.lower(): number for kind, number in rig_pb2.Viewpoint.Axes.items()}
 # In the order in which OpenCV's functions have them.
 _OPENCV = ["k1", "k2", "p1", "p2", "k3", "k4", "k5", "k6", "s1", "s2", "s3", "s4", "tau_x_radians", "tau_y_radians"]
 _OPENCV_FISHEYE = ["k1", "k2", "k3", "k4"]
