@@ -113,13 +113,14 @@ class BlenderTest(unittest.TestCase):
                 )
                 self.assertEqual(ours.shape, theirs.shape)
                 error = np.abs(ours - theirs)
-                # A pixel at the rim of a ball is white by as much as its samples say, of both.
-                self.assertLess(np.quantile(error, 0.9), 0.015)
-                self.assertLess(error.mean(), 0.03)
+                # A pixel at the rim of a ball is white by as much as its samples say, of both; out of focus, all
+                # are at rims. Twice what was measured of a computation by the same models with 64 samples.
+                self.assertLess(np.quantile(error, 0.9), 0.07 if name == "orthographic.exr" else 0.005)
+                self.assertLess(error.mean(), 0.02)
                 if name.endswith("_L.exr"):
                     # The other eye's picture is another one.
                     other = np.stack([read_exr(folders["tessera"] / name.replace("_L", "_R"))[b] for b in "RGB"], axis=-1)
-                    self.assertGreater(np.abs(other - theirs).mean(), 0.06)
+                    self.assertGreater(np.abs(other - theirs).mean(), 0.04)
 
     def test_what_moves_is_blurred_as_cycles_blurs_it(self) -> None:
         """A light block turns by 126 degrees while it slides, a camera pans, the shutter opens slowly, and rows are

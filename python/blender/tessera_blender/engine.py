@@ -95,7 +95,7 @@ class TesseraRenderEngine(bpy.types.RenderEngine):
         self, tiles: list[tessera.TileUpdate], height: int, origin: tuple[int, int], eye: int | None
     ) -> None:
         """Rows go upwards in Blender."""
-        view = {} if eye is None else {"view": ("left", "right")[eye]}
+        view: dict[str, str] = {} if eye is None else {"view": ("left", "right")[eye]}
         for tile in tiles:
             pixels = tile.pixels
             x, y = pixels.x0 - origin[0], height - pixels.y1 - origin[1]
