@@ -149,7 +149,9 @@ absl::StatusOr<double> film_exposure_of_pixel(const v1::PhotographicExposure& as
     return absl::InvalidArgumentError(
         "this kind of camera does not say how much light it lets through: f_number, t_number or ev100 does");
   }
-  return seconds * lens->transmission * (is_irradiance(camera) ? 1 : lens->irradiance);
+  if (!is_irradiance(camera)) return seconds * lens->transmission * lens->irradiance;
+  // Pixels of a lens with ghosts have lost what its surfaces reflect.
+  return seconds * (camera.has_lens() && camera.lens().ghosts() ? 1 : lens->transmission);
 }
 
 }  // namespace
