@@ -286,6 +286,8 @@ void add_light(Context& context, SceneTextures& textures, const std::string& typ
                   world_from_light.start,
                   world_from_light.moves() ? &world_from_light.end : nullptr,
                   parameters.get_float("scale", 1, context.diagnostics)};
+    if (world_from_light.moves() && (world_from_light.begins > 0 || world_from_light.ends < 1))
+      in.warn(concat(parameters.owner(), ": it moves evenly over all of the exposure, not a part of it"));
     v1::Light light;
     known.write(in, light);
     if (!std::isfinite(in.scale)) {

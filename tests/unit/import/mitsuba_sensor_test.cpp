@@ -89,6 +89,21 @@ TEST_F(MitsubaSensor, AnimationsAreCutToTheShutter) {
               ElementsAre(1, 0, 0, 3, 0, 1, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1));
 }
 
+TEST_F(MitsubaSensor, EmittersMoveToTheirLastPlace) {
+  const std::string way = sliding(at("1", "0") + at("3", "4"));
+  const v1::Scene scene =
+      succeed(import_xml("<scene version='3.0.0'><sensor type='perspective'>" + std::string(kShutter) +
+                         "</sensor><emitter type='point'>" + way + "</emitter><emitter type='spot'>" + way +
+                         "</emitter><emitter type='projector'>" + way + "</emitter></scene>"))
+          .scene;
+  EXPECT_EQ(scene.lights(0).point().position().x(), 0);
+  EXPECT_EQ(scene.lights(0).point().position_end().x(), 4);
+  EXPECT_EQ(scene.lights(1).spot().position_end().x(), 4);
+  EXPECT_EQ(scene.lights(1).spot().target_end().x(), 4);
+  EXPECT_EQ(scene.lights(1).spot().target_end().z(), 1);
+  EXPECT_EQ(scene.lights(2).projection().world_from_light_end().elements(3), 4);
+}
+
 TEST_F(MitsubaSensor, WithoutAShutterAnimationsStand) {
   const v1::Scene scene = sensor("perspective", sliding(at("0", "1") + at("1", "3")));
   EXPECT_EQ(scene.camera().world_from_camera().elements(3), 1);
