@@ -1,9 +1,11 @@
 // Ghosts of lens systems in kernels: their rays against those of the optics library, and the light that they
 // bring against its sums, from the film and from the scene.
+#include <google/protobuf/text_format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,7 +22,7 @@
 #include "wire/algorithm.h"
 #include "wire/lens_message.h"
 
-namespace tessera::render::TESSERA_ISA {
+namespace tessera::render::TESSERA_ISA::ghost_tests {
 namespace {
 
 constexpr FilmSize kFilm{36, 24};
@@ -287,4 +289,4 @@ TEST(LensGhosts, BothWaysAgreeOnTheirDensities) {
 }
 
 }  // namespace
-}  // namespace tessera::render::TESSERA_ISA
+}  // namespace tessera::render::TESSERA_ISA::ghost_tests

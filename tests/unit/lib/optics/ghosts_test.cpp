@@ -11,7 +11,7 @@
 #include "optics/image_quality.h"
 #include "optics/reflectance.h"
 
-namespace tessera::optics {
+namespace tessera::optics::ghost_tests {
 namespace {
 
 constexpr double kGreen = 550;
@@ -201,4 +201,4 @@ TEST(Ghosts, TransmittanceIsThatOfTheRayAlongTheAxis) {
 }
 
 }  // namespace
-}  // namespace tessera::optics
+}  // namespace tessera::optics::ghost_tests
