@@ -119,7 +119,8 @@ class BlenderTest(unittest.TestCase):
                 self.assertLess(error.mean(), 0.02)
                 if name.endswith("_L.exr"):
                     # The other eye's picture is another one.
-                    other = np.stack([read_exr(folders["tessera"] / name.replace("_L", "_R"))[b] for b in "RGB"], axis=-1)
+                    planes = read_exr(folders["tessera"] / name.replace("_L", "_R"))
+                    other = np.stack([planes[band] for band in "RGB"], axis=-1)
                     self.assertGreater(np.abs(other - theirs).mean(), 0.04)
 
     def test_what_moves_is_blurred_as_cycles_blurs_it(self) -> None:

@@ -112,7 +112,8 @@ class CameraExport:
 
     def _cube_face(self, lens: Any) -> None:
         if self._width != self._height:
-            raise self._refuse(f"the face of a cube that is stretched to {self._width}x{self._height} is not translated")
+            size = f"{self._width}x{self._height}"
+            raise self._refuse(f"the face of a cube that is stretched to {size} is not translated")
         self._scene.cube_map_camera(self._place, "front", equiangular=True, clip=self._clip)
 
     def _fisheye(self, mapping: str, fov: float, circle: float, window: list[float]) -> None:
