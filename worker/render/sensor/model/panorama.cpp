@@ -25,8 +25,8 @@ EyeAt eye_at(const CircleOfEyes& eyes, Float latitude) {
               (eyes.radius < 0 ? -1.0f : 1.0f)};
 }
 
-/// Rays of one latitude are the same in the frames of their longitudes, whose x is to the right and whose z is
-/// ahead: their points at `t` are (eye (1 - t inverse_convergence), t sin, t cos).
+/// Rays of one latitude are the same in the frames of their longitudes, whose x is to the right and whose z
+/// is ahead: their points at `t` are (eye (1 - t inverse_convergence), t sin, t cos).
 class PanoramaSensor final : public SensorModel {
  public:
   PanoramaSensor() : SensorModel({.has_axis = false, .may_fail = true}) {}
