@@ -54,12 +54,17 @@ class Shapes(SceneMessage):
         two_sided: bool = False,
         name: str = "",
         to: scene_pb2.Object | None = None,
+        later: Sequence[tuple[npt.ArrayLike, npt.ArrayLike | None]] = (),
     ) -> shape_pb2.Shape:
         """Triangles: `vertices` (n, 3), `triangles` (m, 3) with indices of vertices, which run
         counterclockwise seen from outside; `normals` (n, 3) and `uvs` (n, 2), v upwards from the picture's
-        lower edge."""
-        blob = self._add_blob(encode_mesh(vertices, triangles, normals, uvs), f"{name or 'mesh'}.mesh")
-        message = shape_pb2.Shape(mesh=shape_pb2.TriangleMesh(blob=blob))
+        lower edge. `later` has the vertices and normals of a mesh that deforms, at evenly spaced times until the
+        shutter closes."""
+        file = f"{name or 'mesh'}.mesh"
+        mesh = shape_pb2.TriangleMesh(blob=self._add_blob(encode_mesh(vertices, triangles, normals, uvs), file))
+        for places, turned in later:
+            mesh.later_blobs.append(self._add_blob(encode_mesh(places, triangles, turned, uvs), file))
+        message = shape_pb2.Shape(mesh=mesh)
         return self.shape(message, material, transform, emission, two_sided, name, to)
 
     def sphere(

@@ -48,7 +48,8 @@ cloud.data.materials.append(fog)
 
 # A shape that changes.
 ball.shape_key_add(name="Basis")
-ball.shape_key_add(name="large")
+for point in ball.shape_key_add(name="large").data:
+    point.co *= 2
 for frame, value in ((1, 0), (5, 1)):
     ball.data.shape_keys.key_blocks["large"].value = value
     ball.data.shape_keys.key_blocks["large"].keyframe_insert("value", frame=frame)

@@ -39,12 +39,13 @@ class LossesTest(unittest.TestCase):
             sorted(warnings),
             [
                 "material fog: its volume is left out",
-                "object ball: motion blur of its shape is left out",
                 "object cloud: it is a volume alone, and is left out",
                 "object lawn: hair of 'grass' is left out",
             ],
         )
         self.assertEqual(sorted(shapes), ["Cube", "ball", "lawn"])
+        # The ball's shape key, by Cycles' one step: at the middle and at the end.
+        self.assertEqual(scene.count("later_blobs"), 2)
         self.assertRegex(scene, r"lights \{\s*point \{[^}]*\}[^}]*\}\s*\}\s*radius: 0.1\d*\s*\}")
 
 

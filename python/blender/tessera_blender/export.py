@@ -69,6 +69,28 @@ def _instance_key(instance: Any) -> tuple[str, tuple[int, ...]]:
     return instance.object.name, tuple(instance.persistent_id) if instance.is_instance else ()
 
 
+def _material(evaluated: Any, slot: int) -> Any:
+    materials = [of.material for of in evaluated.material_slots] or [None]
+    return materials[min(slot, len(materials) - 1)]
+
+
+def _merged(steps: list[Any]) -> dict[str, Any]:
+    """The arrays of a mesh of corners, which are places, normals and perhaps uvs: at one time, or at several."""
+    width = steps[0].shape[1]
+    if all(np.array_equal(step, steps[0]) for step in steps):
+        steps = steps[:1]
+    # Corners that are alike in all, at all times, are one vertex.
+    rows, indices = np.unique(np.concatenate(steps, axis=1), axis=0, return_inverse=True)
+    columns = [rows[:, k * width : (k + 1) * width] for k in range(len(steps))]
+    return {
+        "vertices": columns[0][:, :3],
+        "normals": columns[0][:, 3:6],
+        "uvs": columns[0][:, 6:8] if width > 6 else None,
+        "triangles": indices.reshape(-1, 3),
+        "later": [(later[:, :3], later[:, 3:6]) for later in columns[1:]],
+    }
+
+
 class Exporter:
     """One export. `warnings` has what was left out, a sentence each."""
 
@@ -102,7 +124,7 @@ class Exporter:
             return
         self._shutter = Shutter(self._blender)
         now = self._blender.frame_current, self._blender.frame_subframe
-        self._motions = Motions(self._shutter, self._set_frame, now, self._places)
+        self._motions = Motions(self._shutter, self._set_frame, now, self._places, self._corners_of_deforming)
         self._blender = self._depsgraph.scene_eval
 
     def _places(self) -> Iterator[tuple[Any, Any, Any]]:
@@ -124,7 +146,8 @@ class Exporter:
             self._name_losses(thing)
             key = _instance_key(instance)
             if thing.type in _SURFACES:
-                yield key, _array(instance.matrix_world), [(thing.name, *part) for part in self._parts(thing)]
+                parts = self._deforming_parts(key, thing) or self._parts(thing)
+                yield key, _array(instance.matrix_world), [(thing.name, *part) for part in parts]
             elif thing.type == "LIGHT":
                 yield key, _array(instance.matrix_world), thing
             elif thing.type in {"VOLUME", "CURVES", "POINTCLOUD"}:
@@ -139,11 +162,8 @@ class Exporter:
                 self._materials.warn(f"object {thing.name}: {what} of '{system.name}' is left out")
         if not self._blender.render.use_motion_blur:
             return
-        if self._motions is None or thing.type == "LIGHT":
-            if _moves(thing):
-                self._materials.warn(f"object {thing.name}: motion blur is left out")
-        elif thing.type in _SURFACES and _changes_shape(thing):
-            self._materials.warn(f"object {thing.name}: motion blur of its shape is left out")
+        if (self._motions is None or thing.type == "LIGHT") and _moves(thing):
+            self._materials.warn(f"object {thing.name}: motion blur is left out")
 
     # ---- camera and film
 
@@ -321,15 +341,43 @@ class Exporter:
         key = (evaluated.data.as_pointer() if evaluated.data else 0, slots, shared)
         if key in self._meshes:
             return self._meshes[key]
-        mesh = evaluated.to_mesh()
-        parts: list[tuple[Any, dict[str, Any]]] = []
-        if mesh is not None and len(mesh.polygons):
-            parts = self._split(mesh, evaluated)
-        evaluated.to_mesh_clear()
+        parts = [(_material(evaluated, slot), _merged([corners])) for slot, corners in self._corners(evaluated)]
         self._meshes[key] = parts
         return parts
 
-    def _split(self, mesh: Any, evaluated: Any) -> list[tuple[Any, dict[str, Any]]]:
+    def _corners_of_deforming(self, thing: Any) -> list[tuple[int, Any]] | None:
+        blurred = getattr(getattr(thing, "cycles", None), "use_deform_motion", True)
+        is_surface = thing.type in _SURFACES
+        return self._corners(thing) if is_surface and blurred and _changes_shape(thing) else None
+
+    def _deforming_parts(self, key: Any, thing: Any) -> list[tuple[Any, dict[str, Any]]]:
+        """The parts of what deforms, from where the shutter opens on; none of others."""
+        steps = self._motions.shapes_of(key) if self._motions else []
+        if not steps:
+            return []
+        first = steps[0]
+        for step in steps[1:]:
+            alike = len(step) == len(first) and all(a[1].shape == b[1].shape for a, b in zip(step, first))
+            if not alike:
+                self._materials.warn(
+                    f"object {thing.name}: its faces change, and motion blur of its shape is left out"
+                )
+                return []
+        return [
+            (_material(thing, slot), _merged([step[part][1] for step in steps]))
+            for part, (slot, _) in enumerate(first)
+        ]
+
+    def _corners(self, evaluated: Any) -> list[tuple[int, Any]]:
+        """The corners of the object's triangles by material slot."""
+        mesh = evaluated.to_mesh()
+        parts: list[tuple[int, Any]] = []
+        if mesh is not None and len(mesh.polygons):
+            parts = self._split(mesh)
+        evaluated.to_mesh_clear()
+        return parts
+
+    def _split(self, mesh: Any) -> list[tuple[int, Any]]:
         mesh.calc_loop_triangles()
         triangle_count, loop_count = len(mesh.loop_triangles), len(mesh.loops)
         positions = np.empty(3 * len(mesh.vertices), np.float32)
@@ -353,18 +401,4 @@ class Exporter:
             columns.append(uvs.reshape(-1, 2))
         corners = np.concatenate(columns, axis=1)
         triangles = loops.reshape(-1, 3)
-        materials = [slot.material for slot in evaluated.material_slots] or [None]
-        parts = []
-        for slot in np.unique(slots):
-            own = triangles[slots == slot]
-            # Corners that are alike in all are one vertex.
-            rows, indices = np.unique(corners[own.ravel()], axis=0, return_inverse=True)
-            arrays = {
-                "vertices": rows[:, :3],
-                "normals": rows[:, 3:6],
-                "uvs": rows[:, 6:8] if rows.shape[1] > 6 else None,
-                "triangles": indices.reshape(-1, 3),
-            }
-            material = materials[min(int(slot), len(materials) - 1)]
-            parts.append((material, arrays))
-        return parts
+        return [(int(slot), corners[triangles[slots == slot].ravel()]) for slot in np.unique(slots)]

@@ -62,21 +62,34 @@ class Shutter:
 
 
 class Motions:
-    """World from object of all that is shown, at evenly spaced times. `places` walks over all things as the
-    graph has them: a key, the evaluated object, and the matrix."""
+    """World from object of all that is shown, and the shapes of what deforms, at evenly spaced times. `places`
+    walks over all things as the graph has them: a key, the evaluated object, and the matrix. `shape_of` gives what
+    is to be kept of an object's shape, None where it does not change."""
 
-    def __init__(self, shutter: Shutter, set_frame: SetFrame, now: tuple[int, float], places: Any) -> None:
+    def __init__(
+        self,
+        shutter: Shutter,
+        set_frame: SetFrame,
+        now: tuple[int, float],
+        places: Any,
+        shape_of: Callable[[Any], Any],
+    ) -> None:
         steps = {key: _steps_of(thing) for key, thing, _ in places()}
         intervals = 2 ** max(steps.values(), default=0)
         self._placings: dict[Any, list[tuple[float, Any]]] = {}
+        self._shapes: dict[Any, list[Any]] = {}
         try:
             for i in range(intervals + 1):
                 frame = shutter.open + shutter.frames * i / intervals
                 whole = math.floor(frame)
                 set_frame(whole, frame - whole)
-                for key, _, matrix in places():
-                    if i % (intervals // 2 ** steps.get(key, 0)) == 0:
-                        self._placings.setdefault(key, []).append((i / intervals, array_of(matrix)))
+                for key, thing, matrix in places():
+                    if i % (intervals // 2 ** steps.get(key, 0)) != 0:
+                        continue
+                    self._placings.setdefault(key, []).append((i / intervals, array_of(matrix)))
+                    shape = shape_of(thing) if steps.get(key, 0) > 0 else None
+                    if shape is not None:
+                        self._shapes.setdefault(key, []).append(shape)
         finally:
             set_frame(*now)
         self._steps = steps
@@ -89,6 +102,12 @@ class Motions:
         if not whole or all(np.allclose(matrix, placings[0][1], atol=1e-9) for _, matrix in placings):
             return placings[:1]
         return placings
+
+
+    def shapes_of(self, key: Any) -> list[Any]:
+        """The shapes of what deforms, at evenly spaced times from 0 to 1; none where it was not there all the time."""
+        shapes = self._shapes.get(key, [])
+        return shapes if len(shapes) == 2 ** self._steps.get(key, 0) + 1 else []
 
 
 def write_keys(placings: list[tuple[float, Any]], element: shape_pb2.Shape | camera_pb2.Camera) -> None:
