@@ -54,6 +54,12 @@ for frame, value in ((1, 0), (5, 1)):
     ball.data.shape_keys.key_blocks["large"].value = value
     ball.data.shape_keys.key_blocks["large"].keyframe_insert("value", frame=frame)
 
+# The lamp of the file goes along.
+lamp = bpy.data.objects["Light"]
+for frame, x in ((1, 0), (5, 4)):
+    lamp.location.x = x
+    lamp.keyframe_insert("location", frame=frame)
+
 exporter = Exporter(bpy.context.evaluated_depsgraph_get(), tessera_blender.frame_setter(bpy.context))
 exporter.export().save(sys.argv[-1])
 for warning in exporter.warnings:

@@ -38,6 +38,7 @@ class LossesTest(unittest.TestCase):
         self.assertEqual(
             sorted(warnings),
             [
+                "lamp Light: it goes straight and evenly to its last place",
                 "material fog: its volume is left out",
                 "object cloud: it is a volume alone, and is left out",
                 "object lawn: hair of 'grass' is left out",
@@ -46,7 +47,7 @@ class LossesTest(unittest.TestCase):
         self.assertEqual(sorted(shapes), ["Cube", "ball", "lawn"])
         # The ball's shape key, by Cycles' one step: at the middle and at the end.
         self.assertEqual(scene.count("later_blobs"), 2)
-        self.assertRegex(scene, r"lights \{\s*point \{[^}]*\}[^}]*\}\s*\}\s*radius: 0.1\d*\s*\}")
+        self.assertRegex(scene, r"lights \{\s*point \{[^}]*\}[^}]*\}\s*\}\s*radius: 0.1\d*\s*position_end \{")
 
 
 class BlenderTest(unittest.TestCase):

@@ -10,6 +10,7 @@ from typing import Any
 import bpy
 import numpy as np
 from tessera import Scene
+from tessera._values import point_message
 
 from .camera import CameraExport
 from .materials import Materials
@@ -112,11 +113,11 @@ class Exporter:
         self._camera()
         self._world()
         for key, place, thing in sorted(self._things(), key=_key_of):
+            placings = (self._motions.of(key) if self._motions else []) or [(0.0, place)]
             if isinstance(thing, list):
-                placings = self._motions.of(key) if self._motions else []
-                self._surface(thing, placings or [(0.0, place)])
+                self._surface(thing, placings)
             else:
-                self._lamp(thing, place)
+                self._lamp(thing, placings)
         return self.scene
 
     def _follow_motion(self) -> None:
@@ -128,12 +129,12 @@ class Exporter:
         self._blender = self._depsgraph.scene_eval
 
     def _places(self) -> Iterator[tuple[Any, Any, Any]]:
-        """Keys of the camera, None, and of surfaces, with what each is and where."""
+        """Keys of the camera, None, of surfaces and of lamps, with what each is and where."""
         camera = self._depsgraph.scene_eval.camera
         if camera is not None:
             yield None, camera, camera.matrix_world.copy()
         for instance in self._depsgraph.object_instances:
-            if instance.show_self and instance.object.type in _SURFACES:
+            if instance.show_self and instance.object.type in _SURFACES | {"LIGHT"}:
                 yield _instance_key(instance), instance.object, instance.matrix_world.copy()
 
     def _things(self) -> Iterator[tuple[tuple[str, tuple[int, ...]], Any, Any]]:
@@ -162,7 +163,7 @@ class Exporter:
                 self._materials.warn(f"object {thing.name}: {what} of '{system.name}' is left out")
         if not self._blender.render.use_motion_blur:
             return
-        if (self._motions is None or thing.type == "LIGHT") and _moves(thing):
+        if self._motions is None and _moves(thing):
             self._materials.warn(f"object {thing.name}: motion blur is left out")
 
     # ---- camera and film
@@ -262,9 +263,9 @@ class Exporter:
             picture = self._materials._pixels(node.image, is_srgb)
         self.scene.environment(picture, strength, world_from_light)
 
-    def _lamp(self, lamp: Any, matrix: Any) -> None:
+    def _lamp(self, lamp: Any, placings: list[tuple[float, Any]]) -> None:
         data = lamp.data
-        place = _unscaled(matrix)
+        place = _unscaled(placings[0][1])
         position, direction = place[:3, 3], -place[:3, 2]
         power = np.array(data.color[:]) * data.energy
         if not power.any():
@@ -289,9 +290,27 @@ class Exporter:
                 data.shadow_soft_size,
             )
         else:
-            self._area(lamp, data, matrix, power)
+            self._area(lamp, data, placings, power)
+            return
+        if len(placings) > 1:
+            self._move_lamp(lamp, placings)
 
-    def _area(self, lamp: Any, data: Any, matrix: Any, power: Any) -> None:
+    def _move_lamp(self, lamp: Any, placings: list[tuple[float, Any]]) -> None:
+        """Has the last light go to the last of the placings: straight and evenly."""
+        first, last = (_unscaled(matrix) for _, matrix in (placings[0], placings[-1]))
+        way = last[:3, 3] - first[:3, 3]
+        if any(not np.allclose(m[:3, 3], first[:3, 3] + t * way, atol=1e-3 * np.abs(way).max()) for t, m in placings):
+            self._materials.warn(f"lamp {lamp.name}: it goes straight and evenly to its last place")
+        light = self.scene.message.lights[-1]
+        if lamp.data.type == "SUN":
+            light.distant.direction_end.CopyFrom(point_message(-last[:3, 2]))
+        elif lamp.data.type == "POINT":
+            light.point.position_end.CopyFrom(point_message(last[:3, 3]))
+        else:
+            light.spot.position_end.CopyFrom(point_message(last[:3, 3]))
+            light.spot.target_end.CopyFrom(point_message(last[:3, 3] - last[:3, 2]))
+
+    def _area(self, lamp: Any, data: Any, placings: list[tuple[float, Any]], power: Any) -> None:
         """Radiance: power / (4 area), as Cycles has it; it shines along -z."""
         width, height = data.size, data.size_y if data.shape in {"RECTANGLE", "ELLIPSE"} else data.size
         corners: Any = [(-1, -1), (-1, 1), (1, 1), (1, -1)]
@@ -302,12 +321,14 @@ class Exporter:
             grow = math.sqrt(math.pi / (32 * math.sin(math.pi / 32)))
             corners = grow * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
             area = math.pi / 4
-        place = _array(matrix)
+        place = _array(placings[0][1])
         points = [place @ np.array([x * width / 2, y * height / 2, 0, 1]) for x, y in corners]
         axes = np.linalg.norm(place[:3, :3], axis=0)
         area *= width * axes[0] * height * axes[1]
         radiance = power / (4 * area)
-        self.scene.rectangle([point[:3] for point in points], self._black(), radiance, name=lamp.name)
+        shape = self.scene.rectangle([point[:3] for point in points], self._black(), radiance, name=lamp.name)
+        if len(placings) > 1:
+            write_keys([(time, matrix @ np.linalg.inv(place)) for time, matrix in placings], shape)
 
     def _black(self) -> Any:
         if not any(other.name == "lamp" for other in self.scene.message.materials):
