@@ -219,6 +219,27 @@ TEST(BitEquality, LightTracingInPassesInProcessAndOnTwoWorkers) {
   EXPECT_EQ(submit_hash(farm, light), expected);
 }
 
+TEST(BitEquality, GhostsAndFocusInPassesInProcessAndOnTwoWorkers) {
+  // Paths in passes, to which light that is sent into the lens is added; what is sharp is found by each worker.
+  const Arguments ghosts{"scenes/lenses/ghosts.textproto",
+                         "--resolution",
+                         "72x48",
+                         "--crop",
+                         "3,5,70,48",
+                         "--spp",
+                         "80",
+                         "--aov",
+                         "variance,samples",
+                         "--quiet"};
+  const std::string expected = render_hash(ghosts);
+  EXPECT_EQ(render_hash(ghosts + Arguments{"--threads", "3"}), expected);
+  EXPECT_NE(render_hash(ghosts + Arguments{"--set", "lens-ghosts=film"}), expected);
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(2);
+  EXPECT_EQ(submit_hash(farm, ghosts), expected);
+}
+
 TEST(BitEquality, TextbookAlgorithmsInProcessAndOnTwoWorkersWhateverTiles) {
   FarmUnderTest farm;
   farm.add_worker(1);
