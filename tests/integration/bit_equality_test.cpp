@@ -220,7 +220,8 @@ TEST(BitEquality, LightTracingInPassesInProcessAndOnTwoWorkers) {
 }
 
 TEST(BitEquality, GhostsAndFocusInPassesInProcessAndOnTwoWorkers) {
-  // Paths in passes, to which light that is sent into the lens is added; what is sharp is found by each worker.
+  // Paths in passes, to which light that is sent into the lens is added; what is sharp is found by each
+  // worker.
   const Arguments ghosts{"scenes/lenses/ghosts.textproto",
                          "--resolution",
                          "72x48",

@@ -196,9 +196,12 @@ double open_part(const optics::LensSystem& lens, const AperturePicture& picture)
         static_cast<std::size_t>(cell(at.x, width));
     return double{picture.density.density[number]} * picture.transmission;
   };
-  const double plane = optics::pupil_plane(lens), half = lens.elements().back().surface.diameter / 2;
-  // A grid over all that the last surface lets through, seen from the middle of the film.
-  constexpr int kSide = 512;
+  // A grid over the pupil, as the middle of the film sees it.
+  const double plane = optics::pupil_plane(lens);
+  double half = 0;
+  for (const optics::Point& edge : optics::pupil_outline(lens, {}, kSodiumNm, {}))
+    half = std::max({half, std::abs(edge.x), std::abs(edge.y)});
+  constexpr int kSide = 256;
   double open = 0, all = 0;
   for (int i = 0; i < kSide * kSide; ++i) {
     const int row = i / kSide, column = i % kSide;
