@@ -101,18 +101,23 @@ TEST(Ghosts, AreTheSameInLightOfWavelengths) {
                 pictures_of(scene, "path", 2, absl::StrCat(found, kSpectral)));
 }
 
-class WithGhosts : public testing::TestWithParam<Integrator> {};
+class WithGhosts : public testing::TestWithParam<std::tuple<Integrator, const char*>> {};
 
 TEST_P(WithGhosts, AgreesWithPathTracing) {
+  const auto& [integrator, found] = GetParam();
   const std::string scene = scene_with_ghosts("ghosts: true");
   expect_same(pictures_of(scene, "path", 3, "lens_ghosts: LENS_GHOSTS_LIGHTS"),
-              pictures_of(scene, GetParam().name, 3, ""), GetParam().relative);
+              pictures_of(scene, integrator.name, 3, absl::StrCat("lens_ghosts: LENS_GHOSTS_", found)),
+              integrator.relative);
 }
 
 INSTANTIATE_TEST_SUITE_P(Integrators, WithGhosts,
-                         testing::Values(Integrator{"volpath"}, Integrator{"bdpt"}, Integrator{"mlt"},
-                                         Integrator{"vcm", 0.01}),
-                         [](const auto& test) { return std::string(test.param.name); });
+                         testing::Combine(testing::Values(Integrator{"volpath"}, Integrator{"bdpt"},
+                                                          Integrator{"mlt"}, Integrator{"vcm", 0.01}),
+                                          testing::Values("FILM", "LIGHTS")),
+                         [](const auto& test) {
+                           return std::string(std::get<0>(test.param).name) + "_" + std::get<1>(test.param);
+                         });
 
 /// Lets light through in one corner, and half of it in a stripe.
 TestBlobs blobs_with_aperture() {

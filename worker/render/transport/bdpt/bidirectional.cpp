@@ -4,6 +4,7 @@
 #include "render/sensor/sensor.h"
 #include "render/transport/bdpt/merging.h"
 #include "render/transport/vertex/dimensions.h"
+#include "render/transport/vertex/ghost_light.h"
 #include "render/transport/vertex/layers.h"
 #include "render/transport/vertex/pass_share.h"
 
@@ -130,6 +131,6 @@ void Bidirectional::trace_joins(int depth) {
   batch_.trace(joins_);
 }
 
-const ListedAlgorithm bdpt{{"bdpt", &make<Bidirectional>}};
+const ListedAlgorithm bdpt{{"bdpt", &make_with_ghost_light<Bidirectional>}};
 
 }  // namespace tessera::render::TESSERA_ISA

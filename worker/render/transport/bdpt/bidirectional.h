@@ -47,6 +47,7 @@ class Bidirectional final : public Integrator {
   void shade_packet(int packet, int depth);
 
   // The steps of shade(), for 16 paths.
+  Float weight_of_sky(const Event& e, std::int32_t light, Mask missed) const;
   void add_environment(const Event& e, Mask missed);
   void add_emission(const Event& e, Mask hit);
   EyeVertex eye_vertex(const Event& e) const;

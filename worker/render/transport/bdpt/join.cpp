@@ -5,6 +5,7 @@
 #include "render/transport/bdpt/merging.h"
 #include "render/transport/bdpt/ways.h"
 #include "render/transport/vertex/encounter.h"
+#include "render/transport/vertex/ghost_light.h"
 #include "render/transport/vertex/layers.h"
 #include "render/transport/vertex/roulette.h"
 
@@ -71,6 +72,16 @@ void Bidirectional::queue(const Event& e, WideConnection ray, std::uint32_t salt
   joins_.size += append(scene_, ray, shines, joins_, joins_.size);
 }
 
+Float Bidirectional::weight_of_sky(const Event& e, std::int32_t light, Mask missed) const {
+  const Vec3 direction = e.path.direction;
+  if (e.depth == 0) {
+    return weight_against_ghost_light(scene_, e.path.pdf, e.reference, direction, Int(light), e.reference.p,
+                                      direction, missed);
+  }
+  if (!filter_.all()) return Float(1.0f);
+  return weight_of_hit(scene_, e.weights, e.reference, direction, Int(light), missed);
+}
+
 void Bidirectional::add_environment(const Event& e, Mask missed) {
   if (!filter_.wants(0, e.depth + 2)) return;
   const Vec3 direction = e.path.direction;
@@ -78,10 +89,7 @@ void Bidirectional::add_environment(const Event& e, Mask missed) {
   for (const std::int32_t light : scene_.lights.infinite_lights) {
     const Spectrum radiance =
         environment_light(scene_, spectra_of(scene_, e.path), light, e.reference, direction, missed);
-    const bool weighs = e.depth > 0 && filter_.all();
-    const Spectrum weighed =
-        radiance *
-        (weighs ? weight_of_hit(scene_, e.weights, e.reference, direction, Int(light), missed) : Float(1.0f));
+    const Spectrum weighed = radiance * weight_of_sky(e, light, missed);
     sum += weighed;
     if (tells_layers(scene_)) add_to_layers_of_hits(e, weighed, radiance, Int(light), missed);
   }
@@ -94,7 +102,10 @@ void Bidirectional::add_emission(const Event& e, Mask hit) {
   if (none(lit) || !filter_.wants(0, e.depth + 2)) return;
   const Spectrum unweighted = emitted_light(scene_, spectra_of(scene_, e.path), surface, e.vertex.wo, lit);
   Spectrum radiance = unweighted;
-  if (e.depth > 0 && filter_.all()) {
+  if (e.depth == 0) {
+    radiance *= weight_against_ghost_light(scene_, e.path.pdf, e.reference, e.path.direction, surface.light,
+                                           surface.p, surface.ng, lit);
+  } else if (filter_.all()) {
     radiance *=
         weight_of_hit(scene_, e.weights, e.reference, e.path.direction, surface.light, surface.p, surface.ng,
                       dot(surface.ng, e.vertex.wo), length_squared(surface.p - e.reference.p), lit);

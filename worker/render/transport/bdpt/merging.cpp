@@ -9,6 +9,7 @@
 #include "render/transport/photon_map/photon_steps.h"
 #include "render/transport/photon_map/radius_of_pass.h"
 #include "render/transport/vertex/dispersion.h"
+#include "render/transport/vertex/ghost_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -80,7 +81,8 @@ Spectrum Merging::gather(const Vertex& at, const PartialWeights& eye, int depth,
 
 std::unique_ptr<Integrator> make_vcm(const IntegratorContext& context) {
   const StageTimer timer(context.stats.times, Stage::kCamera);
-  return std::make_unique<Bidirectional>(context, StrategyFilter{}, std::make_unique<Merging>(context.scene));
+  return with_ghost_light(context, std::make_unique<Bidirectional>(context, StrategyFilter{},
+                                                                   std::make_unique<Merging>(context.scene)));
 }
 
 const ListedAlgorithm vcm{{"vcm", &make_vcm}};

@@ -1,9 +1,10 @@
 #include "render/transport/mlt/metropolis.h"
 
-#include "render/integrator/algorithm_list.h"
-
 #include <algorithm>
 #include <cmath>
+
+#include "render/integrator/algorithm_list.h"
+#include "render/transport/vertex/ghost_light.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -28,6 +29,6 @@ bool Metropolis::render(SampleSource& work, Film& film, std::stop_token stop) {
   return true;
 }
 
-const ListedAlgorithm mlt{{"mlt", &make<Metropolis>}};
+const ListedAlgorithm mlt{{"mlt", &make_with_ghost_light<Metropolis>}};
 
 }  // namespace tessera::render::TESSERA_ISA

@@ -66,29 +66,8 @@ void Wavefront::trace_to_lights(int depth) {
                  [&](const WideConnection& ray, Mask arrived) { batch_.add_contribution(ray, arrived); });
 }
 
-namespace {
-
-/// Path tracing in passes, to which ghosts are added that lights make.
-class WithGhostLight final : public Wavefront {
- public:
-  explicit WithGhostLight(const IntegratorContext& context) : Wavefront(context), ghosts_(context) {}
-
-  bool render(SampleSource& work, Film& film, std::stop_token stop) override {
-    return Wavefront::render(work, film, stop) && ghosts_.trace(work.pass(), film, stop);
-  }
-
- private:
-  GhostLight ghosts_;
-};
-
-std::unique_ptr<Integrator> make_paths(const IntegratorContext& context) {
-  return sends_light_into_lens(context.scene) ? make<WithGhostLight>(context) : make<Wavefront>(context);
-}
-
-}  // namespace
-
-const ListedAlgorithm path{{"path", &make_paths}};
-const ListedAlgorithm volpath{{"volpath", &make_paths}};
+const ListedAlgorithm path{{"path", &make_with_ghost_light<Wavefront>}};
+const ListedAlgorithm volpath{{"volpath", &make_with_ghost_light<Wavefront>}};
 const ListedAlgorithm direct{{"direct", &make_for_one_event<Wavefront>}};
 
 }  // namespace tessera::render::TESSERA_ISA

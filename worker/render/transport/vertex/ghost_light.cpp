@@ -1,6 +1,7 @@
 #include "render/transport/vertex/ghost_light.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "render/film/summable.h"
 #include "render/light/area/interpolated_normal.h"
@@ -11,7 +12,6 @@
 #include "render/transport/vertex/light_choice.h"
 #include "render/transport/vertex/light_spectrum.h"
 #include "render/transport/vertex/pass_share.h"
-#include "render/transport/vertex/power_heuristic.h"
 
 namespace tessera::render::TESSERA_ISA {
 
@@ -21,7 +21,27 @@ namespace {
 constexpr int kLensEntry = 14 << 20, kGhostLight = kLensEntry + 1, kGhostChoice = kLensEntry + 2;
 static_assert(dimension::kLightLayerLobes + dimension::kDeepest < kLensEntry);
 
+class WithGhostLight final : public Integrator {
+ public:
+  WithGhostLight(const IntegratorContext& context, std::unique_ptr<Integrator> algorithm)
+      : algorithm_(std::move(algorithm)), ghosts_(context) {}
+
+  bool render(SampleSource& work, Film& film, std::stop_token stop) override {
+    return algorithm_->render(work, film, stop) && ghosts_.trace(work.pass(), film, stop);
+  }
+
+ private:
+  const std::unique_ptr<Integrator> algorithm_;
+  GhostLight ghosts_;
+};
+
 }  // namespace
+
+std::unique_ptr<Integrator> with_ghost_light(const IntegratorContext& context,
+                                             std::unique_ptr<Integrator> algorithm) {
+  if (!sends_light_into_lens(context.scene)) return algorithm;
+  return std::make_unique<WithGhostLight>(context, std::move(algorithm));
+}
 
 bool sends_light_into_lens(const SceneTables& scene) {
   return takes_light(scene.sensor) && samples_lights(scene.lights);
@@ -48,8 +68,10 @@ void GhostLight::send(UInt index, std::uint32_t pass, const FilmRect& rect, Mask
   const Float time = scene_.any_motion ? numbers.get_2d(dimension::kTime).x : Float(0.0f);
   const LensEntry entry = sample_lens_entry(scene_.sensor, numbers.get_2d(kLensEntry), time);
   const Vec2 choice = numbers.get_2d(kGhostChoice);
+  Receiver at_lens(entry.point);
+  at_lens.time = time;
   const auto [pick, sample] =
-      choose_light(scene_.lights, Receiver(entry.point), numbers.get_2d(kGhostLight), choice.x, active);
+      choose_light(scene_.lights, at_lens, numbers.get_2d(kGhostLight), choice.x, active);
   const Mask shines = pick.picked & sample.valid;
   if (none(shines)) return;
 

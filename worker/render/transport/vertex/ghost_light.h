@@ -4,9 +4,13 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <stop_token>
 
+#include "render/integrator/algorithm_list.h"
 #include "render/integrator/integrator.h"
+#include "render/light/selection/pick.h"
+#include "render/transport/vertex/power_heuristic.h"
 #include "render/transport/vertex/sensor_joins.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -30,5 +34,27 @@ class GhostLight {
   const std::uint64_t seed_;
   SensorJoins joins_;
 };
+
+/// The weight of light of a lamp, or of the sky, that a ray of the sensor meets first, against light that is
+/// sent in: `ray_pdf` is its SensorRay::pdf. `point` and `normal` are those of a lamp.
+TESSERA_INLINE Float weight_against_ghost_light(const SceneTables& scene, Float ray_pdf, const Receiver& from,
+                                                Vec3 direction, Int light, Vec3 point, Vec3 normal,
+                                                Mask lit) {
+  const Mask weighed = lit & (ray_pdf > 0.0f);
+  if (none(weighed)) return Float(1.0f);
+  const Float by_lights = light_pdf(scene.lights, light, from, direction, point, normal, weighed) *
+                          pick_pmf(scene.lights, light, from, weighed);
+  return select(weighed, power_heuristic(ray_pdf, by_lights), 1.0f);
+}
+
+/// An algorithm that works in passes, to which such light is added where there is any. What its rays from the
+/// sensor meet first it weighs by SensorRay::pdf.
+std::unique_ptr<Integrator> with_ghost_light(const IntegratorContext& context,
+                                             std::unique_ptr<Integrator> algorithm);
+/// Algorithm::make.
+template <class T>
+std::unique_ptr<Integrator> make_with_ghost_light(const IntegratorContext& context) {
+  return with_ghost_light(context, make<T>(context));
+}
 
 }  // namespace tessera::render::TESSERA_ISA
