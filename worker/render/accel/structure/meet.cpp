@@ -1,7 +1,7 @@
 #include "render/accel/structure/meet.h"
 
 #include "render/accel/alpha.h"
-#include "render/accel/structure/primitive_list.h"
+#include "render/accel/structure/has_normal.h"
 #include "render/shape/analytic_shape.h"
 #include "render/shape/key_vertices.h"
 

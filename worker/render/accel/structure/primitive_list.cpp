@@ -1,31 +1,13 @@
 #include "render/accel/structure/primitive_list.h"
 
 #include "absl/strings/str_cat.h"
+#include "render/accel/structure/has_normal.h"
 #include "render/core/stopped.h"
 #include "render/shape/exact_affine.h"
 #include "render/shape/key_vertices.h"
 #include "render/shape/shape_table.h"
 
 namespace tessera::render {
-
-bool has_normal(const float (&corners)[3][3]) {
-  // Computed as shading does, in float, after the sides are brought to size 1 by a power of two.
-  float e1[3], e2[3], size = 0;
-  for (int k = 0; k < 3; ++k) {
-    e1[k] = corners[1][k] - corners[0][k], e2[k] = corners[2][k] - corners[0][k];
-    size = std::max({size, std::abs(e1[k]), std::abs(e2[k])});
-  }
-  if (!(size > 0) || !std::isfinite(size)) return false;
-  const int exponent = -std::ilogb(size);
-  for (int k = 0; k < 3; ++k) e1[k] = std::scalbn(e1[k], exponent), e2[k] = std::scalbn(e2[k], exponent);
-  float squared = 0;
-  for (int k = 0; k < 3; ++k) {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    const float n = e1[i] * e2[j] - e1[j] * e2[i];
-    squared += n * n;
-  }
-  return squared > 0 && std::isfinite(squared);
-}
 
 namespace {
 

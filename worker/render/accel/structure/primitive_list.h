@@ -22,9 +22,6 @@ struct AnalyticBounds {
   Box (*bounds)(const ShapeTable& table, std::int32_t shape, std::int32_t primitive) = nullptr;
 };
 
-/// Whether the normal that shading computes of a triangle (shape/triangle_normal.h) exists.
-bool has_normal(const float (&corners)[3][3]);
-
 /// How many primitives a shape may add to a list.
 std::size_t most_primitives(const ShapeTable& table, std::int32_t shape, const AnalyticBounds& analytic);
 
