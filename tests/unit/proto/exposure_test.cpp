@@ -34,8 +34,8 @@ double scale(const std::string& film, const std::string& words = "",
   EXPECT_TRUE(result.ok()) << result.status();
   return result.ok() ? *result : 0;
 }
-std::string refusal(const std::string& film, const std::string& words = "",
-                    const std::string& camera = "perspective { fov_degrees: 40 }") {
+std::string refused_exposure(const std::string& film, const std::string& words = "",
+                             const std::string& camera = "perspective { fov_degrees: 40 }") {
   const auto exposure = film_exposure(message<v1::Film>(film), words);
   if (!exposure.ok()) return std::string(exposure.status().message());
   return std::string(exposure_scale(*exposure, message<v1::Camera>(camera)).status().message());
@@ -93,17 +93,19 @@ TEST(Exposure, ALensTellsItsTNumber) {
 }
 
 TEST(Exposure, RefusesWhatIsNone) {
-  EXPECT_THAT(refusal("", "1s"), HasSubstr("f_number, t_number or ev100 does"));
-  EXPECT_THAT(refusal("", "f/8 g/9 blue"), HasSubstr("'g/9', 'blue' mean nothing"));
-  EXPECT_THAT(refusal("", "f/8 f/9"), HasSubstr("said before"));
-  EXPECT_THAT(refusal("", "f/0"), HasSubstr("an f-number above 0 was expected, not 0"));
-  EXPECT_THAT(refusal("", "f/8 1/0s"), HasSubstr("'1/0s' means nothing"));
-  EXPECT_THAT(refusal("photographic_exposure { f_number: 8 t_number: 9 ev100: 3 iso: -1 nd_density: -1 }"),
-              testing::AllOf(HasSubstr("an ISO speed above 0"), HasSubstr("would make light"),
-                             HasSubstr("one of f-number, T-number and EV"), HasSubstr("speed in it")));
-  EXPECT_THAT(refusal("", "f/8", "pinhole { hole_mm: 1 film_distance_mm: 9 brightness: IRRADIANCE }"),
-              HasSubstr("would count it twice"));
-  EXPECT_THAT(refusal("exposure: nan"), HasSubstr("the exposure is not finite"));
+  EXPECT_THAT(refused_exposure("", "1s"), HasSubstr("f_number, t_number or ev100 does"));
+  EXPECT_THAT(refused_exposure("", "f/8 g/9 blue"), HasSubstr("'g/9', 'blue' mean nothing"));
+  EXPECT_THAT(refused_exposure("", "f/8 f/9"), HasSubstr("said before"));
+  EXPECT_THAT(refused_exposure("", "f/0"), HasSubstr("an f-number above 0 was expected, not 0"));
+  EXPECT_THAT(refused_exposure("", "f/8 1/0s"), HasSubstr("'1/0s' means nothing"));
+  EXPECT_THAT(
+      refused_exposure("photographic_exposure { f_number: 8 t_number: 9 ev100: 3 iso: -1 nd_density: -1 }"),
+      testing::AllOf(HasSubstr("an ISO speed above 0"), HasSubstr("would make light"),
+                     HasSubstr("one of f-number, T-number and EV"), HasSubstr("speed in it")));
+  EXPECT_THAT(
+      refused_exposure("", "f/8", "pinhole { hole_mm: 1 film_distance_mm: 9 brightness: IRRADIANCE }"),
+      HasSubstr("would count it twice"));
+  EXPECT_THAT(refused_exposure("exposure: nan"), HasSubstr("the exposure is not finite"));
   v1::RenderSettings settings;
   settings.set_exposure("f/eight");
   v1::JobSpec job;
