@@ -6,6 +6,7 @@
 #include "render/film/summable.h"
 #include "render/light/area/interpolated_normal.h"
 #include "render/sensor/lens_entry.h"
+#include "render/sensor/shutter.h"
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/film_reach.h"
@@ -65,7 +66,8 @@ void GhostLight::send(UInt index, std::uint32_t pass, const FilmRect& rect, Mask
   const UInt hash_of_ray = Sampler::pixel_hash(seed_, index, UInt(kSalt)),
              reversed = reverse_bits(UInt(pass));
   const Sampler numbers(scene_.sampler.kind, hash_of_ray, reversed);
-  const Float time = scene_.any_motion ? numbers.get_2d(dimension::kTime).x : Float(0.0f);
+  Float time(0.0f);
+  if (scene_.any_motion) time = time_of_light(scene_.sensor, numbers.get_2d(dimension::kTime).x);
   const LensEntry entry = sample_lens_entry(scene_.sensor, numbers.get_2d(kLensEntry), time);
   const Vec2 choice = numbers.get_2d(kGhostChoice);
   Receiver at_lens(entry.point);
@@ -87,6 +89,8 @@ void GhostLight::send(UInt index, std::uint32_t pass, const FilmRect& rect, Mask
   const Float weight = select(sample.delta, Float(1.0f), power_heuristic(pdf, landing.pdf));
   path.beta = spectrum_of_light(scene_, spectra_of(scene_, path), pick.light, sample.radiance, landed);
   path.beta *= landing.value * weight * (scene_.sensor.response.exposure / select(landed, pdf, 1.0f));
+  if (scene_.any_motion && scene_.sensor.shutter)
+    path.beta *= exposure_at(scene_.sensor, landing.raster, time);
   if constexpr (kSpectral) {
     // The lens sends no other where the first one goes.
     end_other_wavelengths(Mask::all(), path);
