@@ -154,7 +154,8 @@ absl::StatusOr<Motion> Motion::through(const Transform& start, std::vector<Key> 
   }
   if (faults.empty()) {
     motion.steps_ = steps_of_product({&motion, 1});
-    if (!(motion.steps_.arc_error <= kWorstError)) faults.push_back(roughness_of(motion.steps_));
+    if (!(motion.steps_.arc_error <= kWorstError))
+      faults.push_back("it turns too fast: " + roughness_of(motion.steps_));
   }
   if (!faults.empty()) return absl::InvalidArgumentError(absl::StrJoin(faults, "; "));
   return motion;

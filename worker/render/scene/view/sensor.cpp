@@ -333,8 +333,11 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   const Transform render_from_camera = space.from_world * *world_from_camera;
   record.render_from_sensor =
       (camera.has_viewpoint() ? render_from_camera * *viewpoint : render_from_camera).to_affine();
-  if (auto s = set_camera_motion(camera, *viewpoint, space, record); !s.ok()) return located(s, "camera");
+  const absl::Status moved = located(set_camera_motion(camera, *viewpoint, space, record), "camera");
   auto shutter = build_shutter(camera.shutter(), film);
+  if (!moved.ok() && !shutter.ok())
+    return absl::InvalidArgumentError(absl::StrCat(moved.message(), "; ", shutter.status().message()));
+  if (!moved.ok()) return moved;
   if (!shutter.ok()) return shutter.status();
   record.shutter = *std::move(shutter);
   record.near_clip = camera.near_clip();
