@@ -67,8 +67,8 @@ std::uint64_t denoise_memory(const RenderOptions& options, const v1::JobSpec& sp
   if (!options.job.denoise) return 0;
   const v1::PixelRect& crop = spec.cut().crop();
   const std::uint64_t pixels = std::uint64_t{crop.x1() - crop.x0()} * (crop.y1() - crop.y0());
-  constexpr std::size_t kRawChannels = 3;  // R, G and B before denoising
-  return denoise_memory(pixels, wire::channels_of(spec.view()).size() + kRawChannels);
+  constexpr std::size_t kNoisyChannels = 3;  // R, G and B before denoising
+  return denoise_memory(pixels, wire::channels_of(spec.view()).size() + kNoisyChannels);
 }
 
 absl::Status check_denoise_memory(const RenderOptions& options, const v1::JobSpec& spec) {

@@ -1,6 +1,7 @@
 #include "render/query/query_kernel.h"
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <tuple>
 
@@ -43,6 +44,9 @@ struct Collector {
         break;
       case PrimitiveKind::kInstance:
         meet_instance(primitive);
+        break;
+      case PrimitiveKind::kDeforming:
+        assert(!"queries are asked of one moment");
         break;
     }
     return false;

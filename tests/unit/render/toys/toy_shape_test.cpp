@@ -72,9 +72,9 @@ TEST(ToyShape, ACubeInAnEvenSkyCoversItsSquare) {
                                             arrays.shapes.quadrics[0].radius = 0.5f;
                                           });
   ASSERT_NE(content, nullptr);
-  constexpr std::uint32_t kSamples = 16;
-  const wire::TileResult picture = render_tile<Wavefront>(*content, kSamples);
-  const MeanRadiance mean(picture, kSamples);
+  constexpr std::uint32_t kSamplesOfCube = 16;
+  const wire::TileResult picture = render_tile<Wavefront>(*content, kSamplesOfCube);
+  const MeanRadiance mean(picture, kSamplesOfCube);
   // The film is 2 x 2 and the cube covers its pixels 8 to 23; convex, it lights nothing of itself. Rays that
   // leave a face must not meet it again: each of its pixels is 0.5, and the others are the sky.
   for (std::size_t i = 0; i < picture.pixel_count(); ++i) {
