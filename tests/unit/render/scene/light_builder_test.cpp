@@ -77,6 +77,7 @@ TEST_F(LightBuilderTest, LightsThatMoveStandInTheirOwnSpaceToo) {
   EXPECT_EQ(table_.lights[0].kind, LightKind::kPoint);
   EXPECT_EQ(table_.lights[2].kind, LightKind::kPoint);  // its way ends where it begins
   const LightRecord& light = table_.lights[1];
+  EXPECT_EQ(light.kind, LightKind::kMovingSoft);
   EXPECT_EQ(light.profile, 1);
   ASSERT_NE(table_.moving, nullptr);
   EXPECT_THAT(table_.moving->motion_of_light, ElementsAre(-1, 0, -1));

@@ -47,11 +47,15 @@ absl::StatusOr<Transform> turn_between(const Imath::V3d& axis, const Imath::V3d&
          Transform{{x.x, x.y, x.z, 0, y.x, y.y, y.z, 0, z.x, z.y, z.z, 0}};
 }
 
-LightKind moving_kind(const LightSource& still) {
-  if (still.traits.at_infinity)
-    return still.traits.delta ? LightKind::kMovingDistant : LightKind::kMovingInfinite;
-  if (!still.traits.delta) return LightKind::kMovingSurface;
-  return still.traits.extended ? LightKind::kMovingSoft : LightKind::kMovingPoint;
+bool is_at_infinity(LightKind kind) { return kind == LightKind::kDistant || is_environment(kind); }
+
+/// What a light that stands still is while it moves. Models are not asked: there are none where scenes are
+/// only checked.
+LightKind moving_kind(const LightRecord& still) {
+  if (still.shape >= 0) return LightKind::kMovingSurface;
+  if (still.kind == LightKind::kDistant) return LightKind::kMovingDistant;
+  if (is_environment(still.kind)) return LightKind::kMovingInfinite;
+  return still.radius > 0 ? LightKind::kMovingSoft : LightKind::kMovingPoint;
 }
 
 }  // namespace
@@ -126,7 +130,7 @@ void LightBuilder::add_moving_records(LightMotion motion, std::vector<LightRecor
   all.motions.push_back(motion);
   for (LightRecord& still : own) {
     LightRecord record = still;
-    record.kind = moving_kind(table_.sources(still.kind));
+    record.kind = moving_kind(still);
     record.profile = static_cast<std::int32_t>(table_.lights.size());
     record.environment = -1;
     // Where a shape is textured is asked where it stands.
@@ -139,7 +143,7 @@ void LightBuilder::add_moving_records(LightMotion motion, std::vector<LightRecor
 }
 
 absl::Status LightBuilder::add_moving_light(const Motion& motion, LightRecord record) {
-  const bool at_infinity = table_.sources(record.kind).traits.at_infinity;
+  const bool at_infinity = is_at_infinity(record.kind);
   std::fill_n(record.position, 3, 0.0f);
   const Transform from_world = at_infinity ? Transform{} : inputs_.space.from_world;
   LightMotion steps{.first_step = static_cast<std::int32_t>(moving().steps.size()),
