@@ -57,6 +57,6 @@ for width in (0.016, 0.011, 0.0075, 0.005):  # on the film, 1/20 of it
     x += 0.02
 parts.append(bar(0.12, 0.05, 0.2, 0.055))
 parts.append(bar(0.157, 0.013, 0.162, 0.093))
-corners = [(0.16 + 0.001 * math.cos(math.pi * k / 6), 0.16 + 0.001 * math.sin(math.pi * k / 6)) for k in range(12)]
-parts.append(polygon(corners, 400))
+corners = [(0.16 + 0.004 * math.cos(math.pi * k / 6), 0.16 + 0.004 * math.sin(math.pi * k / 6)) for k in range(12)]
+parts.append(polygon(corners, 10))
 (pathlib.Path(__file__).parent / "scene.textproto").write_text("".join(parts))

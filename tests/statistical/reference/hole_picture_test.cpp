@@ -21,31 +21,31 @@ class ThroughAHole : public testing::TestWithParam<HoleCase> {};
 
 TEST_P(ThroughAHole, AgreesWithPathTracing) {
   const HoleCase& c = GetParam();
-  const std::string scene =
-      absl::StrCat(things("diffuse { reflectance { constant { rgb { r: 0.8 g: 0.5 b: 0.3 } } } }"),
-                   lamp("disk { radius: 1 }", "two_sided: true", kAbove),
-                   camera(absl::StrCat("pinhole { film_distance_mm: 50 units_per_mm: 0.01 ", c.hole, " }")));
+  const std::string scene = absl::StrCat(
+      things("diffuse { reflectance { constant { rgb { r: 0.8 g: 0.5 b: 0.3 } } } }"),
+      lamp("disk { radius: 1 }", "two_sided: true", kAbove),
+      test::camera(absl::StrCat("pinhole { film_distance_mm: 50 units_per_mm: 0.01 ", c.hole, " }")));
   expect_agreement(pictures_of(scene, "path", 4, c.settings), pictures_of(scene, c.integrator, 4, c.settings),
                    c.relative, c.seen);
 }
 
 // A fifth of the scene's unit, so that blur is several pixels of the 32 wide; and holes whose first dark ring
 // has a radius of 1.7 mm, where a pixel is 1 mm.
-constexpr const char *kWide = "hole_mm: 20 diffraction: STRAIGHT",
-                     *kNarrow = "hole_mm: 0.02 scene_distance: 4";
+constexpr const char *kWideHole = "hole_mm: 20 diffraction: STRAIGHT",
+                     *kNarrowHole = "hole_mm: 0.02 scene_distance: 4";
 
-INSTANTIATE_TEST_SUITE_P(Integrators, ThroughAHole,
-                         testing::Values(HoleCase{"light_straight", "light", kWide},
-                                         HoleCase{"bdpt_straight", "bdpt", kWide},
-                                         HoleCase{"mlt_straight", "mlt", kWide},
-                                         HoleCase{"vcm_straight", "vcm", kWide, "", 0.01, 0.06},
-                                         HoleCase{"light_fresnel", "light", kNarrow},
-                                         HoleCase{"bdpt_fresnel", "bdpt", kNarrow},
-                                         HoleCase{"light_spectral", "light", kNarrow, kSpectral, 1e-3, 0.06},
-                                         HoleCase{"bdpt_spectral", "bdpt", kNarrow, kSpectral, 1e-3, 0.06},
-                                         HoleCase{"mlt_spectral", "mlt", kNarrow, kSpectral, 1e-3, 0.06},
-                                         HoleCase{"vcm_spectral", "vcm", kNarrow, kSpectral, 0.01, 0.1}),
-                         [](const auto& test) { return std::string(test.param.name); });
+INSTANTIATE_TEST_SUITE_P(
+    Integrators, ThroughAHole,
+    testing::Values(HoleCase{"light_straight", "light", kWideHole},
+                    HoleCase{"bdpt_straight", "bdpt", kWideHole}, HoleCase{"mlt_straight", "mlt", kWideHole},
+                    HoleCase{"vcm_straight", "vcm", kWideHole, "", 0.01, 0.06},
+                    HoleCase{"light_fresnel", "light", kNarrowHole},
+                    HoleCase{"bdpt_fresnel", "bdpt", kNarrowHole},
+                    HoleCase{"light_spectral", "light", kNarrowHole, kSpectral, 1e-3, 0.06},
+                    HoleCase{"bdpt_spectral", "bdpt", kNarrowHole, kSpectral, 1e-3, 0.06},
+                    HoleCase{"mlt_spectral", "mlt", kNarrowHole, kSpectral, 1e-3, 0.06},
+                    HoleCase{"vcm_spectral", "vcm", kNarrowHole, kSpectral, 0.01, 0.1}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
 }  // namespace tessera::test

@@ -82,8 +82,8 @@ TEST(Exposure, ALensTellsItsTNumber) {
   EXPECT_NEAR(scale("", "1s iso100", hole + "brightness: IRRADIANCE }"), 1.8, 1e-12);
   // Two bare surfaces of index 1.5 reflect 4 % each; at f/4, far away, the film gets nearly pi / (4 N^2).
   const std::string lens = R"(lens { lens { surfaces { thickness_mm: 1 diameter_mm: 30 stop: true }
-      surfaces { radius_mm: 100 thickness_mm: 1 diameter_mm: 40 index: 1.5 }
-      surfaces { radius_mm: -100 thickness_mm: 99 diameter_mm: 40 } } f_number: 16 )";
+      surfaces { radius_mm: 100 thickness_mm: 6 diameter_mm: 36 index: 1.5 }
+      surfaces { radius_mm: -100 thickness_mm: 99 diameter_mm: 36 } } f_number: 16 )";
   const auto light = lens_light(message<v1::Camera>(lens + "}"));
   ASSERT_TRUE(light);
   EXPECT_NEAR(light->transmission, .96 * .96, 1e-9);
@@ -120,7 +120,7 @@ TEST(FilmSize, IsTheGaugesOrByTheDiagonal) {
   EXPECT_NEAR(full.height, 24, 1e-5);
   EXPECT_DOUBLE_EQ(by_diagonal.width, 40);
   EXPECT_DOUBLE_EQ(named.width, 96);
-  EXPECT_THAT(*film_fault(0, "super36"), HasSubstr("did you mean 'super35'?"));
+  EXPECT_THAT(*film_fault(0, "supr35"), HasSubstr("did you mean 'super35'?"));
   EXPECT_THAT(*film_fault(40, "135"), HasSubstr("has no diagonal of its own"));
   EXPECT_THAT(*film_fault(-1, ""), HasSubstr("a film of -1 mm is none"));
   EXPECT_FALSE(film_fault(0, "135"));

@@ -147,7 +147,7 @@ TEST(BuildSensor, TellsAllThatIsWrongWithAHole) {
   EXPECT_EQ(
       refusal(
           "pinhole { hole_mm: -1 film_distance_mm: 0 scene_distance: -2 wavelength_nm: 20 units_per_mm: nan "
-          "film_gauge: '4x6' }")
+          "film_gauge: '4x55' }")
           .substr(0, 8),
       "camera: ");
   for (const char* const fault :
@@ -155,7 +155,7 @@ TEST(BuildSensor, TellsAllThatIsWrongWithAHole) {
         "at a distance of -2", "a wavelength of 20 nm is not in 300 to 1000 nm", "is not nan units",
         "did you mean '4x5'?"}) {
     EXPECT_THAT(refusal("pinhole { hole_mm: -1 film_distance_mm: 0 scene_distance: -2 wavelength_nm: 20 "
-                        "units_per_mm: nan film_gauge: '4x6' }"),
+                        "units_per_mm: nan film_gauge: '4x55' }"),
                 HasSubstr(fault));
   }
   EXPECT_THAT(refusal("pinhole { hole_mm: 60 film_distance_mm: 50 }"),
