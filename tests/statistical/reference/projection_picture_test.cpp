@@ -10,9 +10,9 @@
 namespace tessera::test {
 namespace {
 
-constexpr const char* kWide = "kind: TRIANGLE radius_x: 4 radius_y: 4";
+constexpr const char* kWideFilter = "kind: TRIANGLE radius_x: 4 radius_y: 4";
 
-struct Case {
+struct ProjectionCase {
   const char* name;
   const char* camera;
   const char* filter = "";
@@ -33,7 +33,7 @@ std::string map_of_places() {
   return pfm;
 }
 
-Pictures pictures_of(const Case& test, const std::string& integrator) {
+Pictures pictures_of(const ProjectionCase& test, const std::string& integrator) {
   PictureRequest request;
   request.scene = absl::StrCat(things(kDiffuse), kLamp, camera(test.camera));
   request.filter = test.filter;
@@ -45,7 +45,7 @@ Pictures pictures_of(const Case& test, const std::string& integrator) {
   return measure_pictures(request);
 }
 
-class ProjectionPicture : public testing::TestWithParam<Case> {};
+class ProjectionPicture : public testing::TestWithParam<ProjectionCase> {};
 
 TEST_P(ProjectionPicture, IsThatOfPathTracing) {
   const Pictures path = pictures_of(GetParam(), "path");
@@ -66,28 +66,32 @@ TEST_P(ProjectionPicture, IsThatOfPathTracing) {
 INSTANTIATE_TEST_SUITE_P(
     Cameras, ProjectionPicture,
     testing::Values(
-        Case{"Tilted",
-             "perspective { fov_degrees: 45 lens_radius: 0.4 focal_distance: 4.5 tilt { x_degrees: -12 "
-             "y_degrees: 5 focal_length: 1.2 } }"},
-        Case{"Distorted",
-             "perspective { fov_degrees: 45 lens_radius: 0.1 focal_distance: 4 } distortion { opencv { k1: "
-             "-0.4 k2: "
-             "0.2 p1: 0.02 p2: -0.01 s1: 0.02 tau_x_radians: 0.1 } }",
-             kWide},
-        Case{"DistortedFisheye",
-             "fisheye { fov_degrees: 120 } distortion { opencv_fisheye { k1: 0.1 k2: -0.02 } }"},
-        Case{"Map", "perspective { fov_degrees: 45 } distortion { map { image { digest: 'places' } } }",
-             kWide},
-        Case{"Viewpoint",
-             "perspective { fov_degrees: 45 } viewpoint { x: 0.8 y: 0.3 convergence_distance: 3 }"},
-        Case{"EqualArea", "spherical { mapping: EQUAL_AREA_CYLINDRICAL }", kWide},
-        Case{"Panorama", "panorama { }", kWide},
-        Case{"LeftEye",
-             "panorama { longitude_min_degrees: -70 longitude_max_degrees: 90 latitude_min_degrees: -90 "
-             "latitude_max_degrees: 40 } viewpoint { x: -0.8 convergence_distance: 3 "
-             "pole_merge_from_degrees: 30 "
-             "pole_merge_to_degrees: 80 }"},
-        Case{"CubeMap", "cube_map { layout: FRONT equiangular: true }", kWide}),
+        ProjectionCase{
+            "Tilted",
+            "perspective { fov_degrees: 45 lens_radius: 0.4 focal_distance: 4.5 tilt { x_degrees: -12 "
+            "y_degrees: 5 focal_length: 1.2 } }"},
+        ProjectionCase{
+            "Distorted",
+            "perspective { fov_degrees: 45 lens_radius: 0.1 focal_distance: 4 } distortion { opencv { k1: "
+            "-0.4 k2: "
+            "0.2 p1: 0.02 p2: -0.01 s1: 0.02 tau_x_radians: 0.1 } }",
+            kWideFilter},
+        ProjectionCase{"DistortedFisheye",
+                       "fisheye { fov_degrees: 120 } distortion { opencv_fisheye { k1: 0.1 k2: -0.02 } }"},
+        ProjectionCase{"Map",
+                       "perspective { fov_degrees: 45 } distortion { map { image { digest: 'places' } } }",
+                       kWideFilter},
+        ProjectionCase{"Viewpoint",
+                       "perspective { fov_degrees: 45 } viewpoint { x: 0.8 y: 0.3 convergence_distance: 3 }"},
+        ProjectionCase{"EqualArea", "spherical { mapping: EQUAL_AREA_CYLINDRICAL }", kWideFilter},
+        ProjectionCase{"Panorama", "panorama { }", kWideFilter},
+        ProjectionCase{
+            "LeftEye",
+            "panorama { longitude_min_degrees: -70 longitude_max_degrees: 90 latitude_min_degrees: -90 "
+            "latitude_max_degrees: 40 } viewpoint { x: -0.8 convergence_distance: 3 "
+            "pole_merge_from_degrees: 30 "
+            "pole_merge_to_degrees: 80 }"},
+        ProjectionCase{"CubeMap", "cube_map { layout: FRONT equiangular: true }", kWideFilter}),
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
