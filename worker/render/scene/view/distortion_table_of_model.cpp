@@ -14,49 +14,53 @@ namespace tessera::render {
 
 namespace {
 
+/// A place at which a model was solved, and what it sees.
+struct SolvedPlace {
+  PlanePoint place;
+  PlaceAndSlopes seen;
+
+  /// What another place sees, if the model goes straight on from here.
+  PlaceAndSlopes straight_on(PlanePoint to) const {
+    const double x = to.x - place.x, y = to.y - place.y;
+    PlaceAndSlopes moved = seen;
+    moved.place.x += seen.xx * x + seen.xy * y, moved.place.y += seen.yx * x + seen.yy * y;
+    return moved;
+  }
+};
+
 /// What places of the film see by a model: solved from place to place, so that a solution is that of the part
 /// of the film about the middle.
 class SeenPlaces {
  public:
   SeenPlaces(const DistortionModel& model, const FilmPlaces& film) : model_(model), film_(film) {}
 
-  /// `known`: a place nearby, and what it sees. Nothing where the model folds.
-  std::optional<PlaceAndSlopes> from(PlanePoint place, PlanePoint known, const PlaceAndSlopes& seen) const {
-    if (!model_.leads_to_film()) {
-      const PlaceAndSlopes moved = model_.move(place);
-      return moved.determinant() > 0 ? std::optional(moved) : std::nullopt;
+  /// `known`: a place nearby. Nothing where the model folds.
+  std::optional<SolvedPlace> from(PlanePoint place, const SolvedPlace& known) const {
+    if (model_.leads_to_film()) {
+      const auto origin = find_origin(model_, place, known.straight_on(place).place);
+      return origin ? std::optional(SolvedPlace{place, *origin}) : std::nullopt;
     }
-    const double x = place.x - known.x, y = place.y - known.y;
-    return find_origin(model_, place,
-                       {seen.place.x + seen.xx * x + seen.xy * y, seen.place.y + seen.yx * x + seen.yy * y});
+    const PlaceAndSlopes moved = model_.move(place);
+    return moved.determinant() > 0 ? std::optional(SolvedPlace{place, moved}) : std::nullopt;
   }
 
-  /// Starts where rays go straight on, and walks to the place of the film next to it.
-  std::optional<PlaceAndSlopes> walk_to(PlanePoint place) const {
-    const PlaceAndSlopes middle = model_.move({0, 0});
-    PlanePoint known = model_.leads_to_film() ? middle.place : PlanePoint{0, 0};
-    auto seen = from(known, known, {{0, 0}});
+  /// Starts where rays go straight on, and walks to the place.
+  std::optional<SolvedPlace> walk_to(PlanePoint place) const {
+    const PlanePoint start = model_.leads_to_film() ? model_.move({0, 0}).place : PlanePoint{0, 0};
+    auto known = from(start, {start, {{0, 0}}});
     constexpr int kSteps = 256;
-    const PlanePoint start = known;
-    for (int i = 1; i <= kSteps && seen; ++i) {
+    for (int i = 1; i <= kSteps && known; ++i) {
       const double part = double{1} / kSteps * i;
-      const PlanePoint next{start.x + part * (place.x - start.x), start.y + part * (place.y - start.y)};
-      seen = from(next, known, *seen);
-      known = next;
+      known = from({start.x + part * (place.x - start.x), start.y + part * (place.y - start.y)}, *known);
     }
-    return seen;
+    return known;
   }
 
-  /// The same, for places beyond the film, too: where the model folds there, it goes straight on.
-  std::optional<PlaceAndSlopes> beyond(PlanePoint place, PlanePoint known, const PlaceAndSlopes& seen) const {
-    auto found = from(place, known, seen);
-    if (found || film_.has(place)) return found;
-    const PlanePoint edge = film_.nearest(place);
-    found = from(edge, known, seen);
-    if (!found) return found;
-    const double x = place.x - edge.x, y = place.y - edge.y;
-    found->place.x += found->xx * x + found->xy * y, found->place.y += found->yx * x + found->yy * y;
-    return found;
+  /// The same for places beyond the film, too: where the model folds there, the place of the film next to it
+  /// is solved, from which it goes straight on.
+  std::optional<SolvedPlace> next_to(PlanePoint place, const SolvedPlace& known) const {
+    auto found = from(place, known);
+    return found || film_.has(place) ? found : from(film_.nearest(place), known);
   }
 
  private:
@@ -88,7 +92,7 @@ class SmoothTable {
     const auto start = seen_.walk_to(first);
     if (!start) return folds_at(film_, first);
     std::deque<int> open;
-    if (auto s = solve(row * stride + column, first, *start); !s.ok()) return s;
+    if (auto s = solve(row * stride + column, *start); !s.ok()) return s;
     open.push_back(row * stride + column);
     while (!open.empty()) {
       const int at = open.front();
@@ -99,7 +103,7 @@ class SmoothTable {
         const int to = to_y * stride + to_x;
         if (nodes_[static_cast<std::size_t>(to)]) return absl::OkStatus();
         open.push_back(to);
-        return solve(to, node_place(grid, x, y), *nodes_[static_cast<std::size_t>(at)]);
+        return solve(to, *nodes_[static_cast<std::size_t>(at)]);
       };
       for (const auto& [to_x, to_y] : {std::pair{x + 1, y}, {x - 1, y}, {x, y + 1}, {x, y - 1}})
         if (auto s = visit(to_x, to_y); !s.ok()) return s;
@@ -118,15 +122,16 @@ class SmoothTable {
         if (!film_.has(place)) continue;
         const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns + 1) +
                                static_cast<std::size_t>(column);
-        const auto exact = seen_.from(place, node_place(grid, column, row), *nodes_[at]);
-        if (!exact) return folds_at(film_, place);
-        const double error_x = middle_of_cell(at, 0) + place.x - exact->place.x,
-                     error_y = middle_of_cell(at, 4) + place.y - exact->place.y;
+        const auto solved = seen_.from(place, *nodes_[at]);
+        if (!solved) return folds_at(film_, place);
+        const PlaceAndSlopes& exact = solved->seen;
+        const double error_x = middle_of_cell(at, 0) + place.x - exact.place.x,
+                     error_y = middle_of_cell(at, 4) + place.y - exact.place.y;
         // What is seen moves by the inverse of the slopes on the film.
-        const double determinant = exact->determinant();
+        const double determinant = exact.determinant();
         largest = std::max(
-            {largest, std::abs((exact->yy * error_x - exact->xy * error_y) / (determinant * film_.scale_x)),
-             std::abs((exact->xx * error_y - exact->yx * error_x) / (determinant * film_.scale_y))});
+            {largest, std::abs((exact.yy * error_x - exact.xy * error_y) / (determinant * film_.scale_x)),
+             std::abs((exact.xx * error_y - exact.yx * error_x) / (determinant * film_.scale_y))});
       }
     }
     return largest;
@@ -135,12 +140,12 @@ class SmoothTable {
   DistortionTable take() { return std::move(table_); }
 
  private:
-  absl::Status solve(int node, PlanePoint known, const PlaceAndSlopes& seen) {
+  absl::Status solve(int node, const SolvedPlace& known) {
     const int stride = table_.grid.columns + 1;
     const int x = node % stride, y = node / stride;
     const PlanePoint place = node_place(table_.grid, x, y);
-    auto found = seen_.beyond(place, known, seen);
-    if (!found) return folds_at(film_, place);
+    auto found = seen_.next_to(place, known);
+    if (!found) return folds_at(film_, film_.nearest(place));
     nodes_[static_cast<std::size_t>(node)] = *found;
     return absl::OkStatus();
   }
@@ -167,15 +172,17 @@ class SmoothTable {
     for (int row = 0; row <= grid.rows; ++row) {
       for (int column = 0; column <= grid.columns; ++column) {
         const PlanePoint place = node_place(grid, column, row);
-        const PlaceAndSlopes& seen = *nodes_[static_cast<std::size_t>(row * (grid.columns + 1) + column)];
+        const SolvedPlace& node = *nodes_[static_cast<std::size_t>(row * (grid.columns + 1) + column)];
+        const PlaceAndSlopes seen = node.straight_on(place);
         // Mixed derivatives by differences of derivatives, which are right to their last digits.
         constexpr double kStep = 1e-3;
         const PlanePoint before{place.x, place.y - kStep * cell_y}, after{place.x, place.y + kStep * cell_y};
-        const auto up = seen_.from(before, place, seen), down = seen_.from(after, place, seen);
+        const auto up = seen_.from(before, node), down = seen_.from(after, node);
         double mixed_x = 0, mixed_y = 0;
-        if (up && down) {
-          mixed_x = (down->xx - up->xx) / (2 * kStep) * cell_x;
-          mixed_y = (down->yx - up->yx) / (2 * kStep) * cell_x;
+        const bool goes_straight_on = node.place.x != place.x || node.place.y != place.y;
+        if (up && down && !goes_straight_on) {
+          mixed_x = (down->seen.xx - up->seen.xx) / (2 * kStep) * cell_x;
+          mixed_y = (down->seen.yx - up->seen.yx) / (2 * kStep) * cell_x;
         }
         for (const double v : {seen.place.x - place.x, (seen.xx - 1) * cell_x, seen.xy * cell_y, mixed_x,
                                seen.place.y - place.y, seen.yx * cell_x, (seen.yy - 1) * cell_y, mixed_y})
@@ -187,7 +194,7 @@ class SmoothTable {
   const SeenPlaces seen_;
   const FilmPlaces& film_;
   DistortionTable table_;
-  std::vector<std::optional<PlaceAndSlopes>> nodes_;
+  std::vector<std::optional<SolvedPlace>> nodes_;
 };
 
 }  // namespace
