@@ -10,6 +10,14 @@
 namespace tessera::test {
 namespace {
 
+/// No shading normals, which make light tracing noisy.
+constexpr const char* kBallOnFloor = R"(
+    materials { name: 'ball' diffuse { reflectance { constant { rgb { r: 0.8 g: 0.5 b: 0.3 } } } } }
+    materials { name: 'floor' diffuse { reflectance { constant { rgb { r: 0.6 g: 0.5 b: 0.4 } } } } }
+    shapes { disk { radius: 3 } material: 'floor' }
+    shapes { sphere { radius: 0.6 } material: 'ball'
+      world_from_object { elements: [1,0,0,-0.8, 0,1,0,0, 0,0,1,0.7, 0,0,0,1] } } )";
+
 struct HoleCase {
   const char* name;
   const char* integrator;
@@ -22,8 +30,7 @@ class ThroughAHole : public testing::TestWithParam<HoleCase> {};
 TEST_P(ThroughAHole, AgreesWithPathTracing) {
   const HoleCase& c = GetParam();
   const std::string scene = absl::StrCat(
-      things("diffuse { reflectance { constant { rgb { r: 0.8 g: 0.5 b: 0.3 } } } }"),
-      lamp("disk { radius: 1 }", "two_sided: true", kAbove),
+      kBallOnFloor, lamp("disk { radius: 1 }", "two_sided: true", kAbove),
       test::camera(absl::StrCat("pinhole { film_distance_mm: 50 units_per_mm: 0.01 ", c.hole, " }")));
   expect_agreement(pictures_of(scene, "path", 4, c.settings), pictures_of(scene, c.integrator, 4, c.settings),
                    c.relative, c.seen);
@@ -41,10 +48,10 @@ INSTANTIATE_TEST_SUITE_P(
                     HoleCase{"vcm_straight", "vcm", kWideHole, "", 0.01, 0.06},
                     HoleCase{"light_fresnel", "light", kNarrowHole},
                     HoleCase{"bdpt_fresnel", "bdpt", kNarrowHole},
-                    HoleCase{"light_spectral", "light", kNarrowHole, kSpectral, 1e-3, 0.06},
-                    HoleCase{"bdpt_spectral", "bdpt", kNarrowHole, kSpectral, 1e-3, 0.06},
-                    HoleCase{"mlt_spectral", "mlt", kNarrowHole, kSpectral, 1e-3, 0.06},
-                    HoleCase{"vcm_spectral", "vcm", kNarrowHole, kSpectral, 0.01, 0.1}),
+                    HoleCase{"light_spectral", "light", kNarrowHole, kSpectral, 1e-3, 0.12},
+                    HoleCase{"bdpt_spectral", "bdpt", kNarrowHole, kSpectral, 1e-3, 0.12},
+                    HoleCase{"mlt_spectral", "mlt", kNarrowHole, kSpectral, 1e-3, 0.12},
+                    HoleCase{"vcm_spectral", "vcm", kNarrowHole, kSpectral, 0.01, 0.15}),
     [](const auto& test) { return std::string(test.param.name); });
 
 }  // namespace
