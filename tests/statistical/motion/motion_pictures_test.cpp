@@ -194,9 +194,9 @@ INSTANTIATE_TEST_SUITE_P(
     Integrators, RollingShutter,
     testing::Values(RollingCase{"path", kRolling, 1e-3, 0.04, kShared},
                     RollingCase{"path", kColumns, 1e-3, 0.04, kShared}, RollingCase{"volpath"},
-                    RollingCase{"light"}, RollingCase{"light", kColumns}, RollingCase{"bdpt"},
-                    RollingCase{"bdpt", kColumns}, RollingCase{"mlt", kRolling, 1e-3, 0.08},
-                    RollingCase{"vcm", kRolling, 0.01, 0.08}),
+                    RollingCase{"light"}, RollingCase{"light", kColumns},
+                    RollingCase{"bdpt", kRolling, 1e-3, 0.06}, RollingCase{"bdpt", kColumns},
+                    RollingCase{"mlt", kRolling, 1e-3, 0.08}, RollingCase{"vcm", kColumns, 0.01, 0.15}),
     [](const auto& test) {
       return absl::StrCat(test.param.name, test.param.shutter == kColumns ? "Columns" : "Rows", test.index);
     });
