@@ -33,7 +33,7 @@ std::string map_of_places() {
   return pfm;
 }
 
-Pictures pictures_of(const ProjectionCase& test, const std::string& integrator) {
+Pictures projection_pictures(const ProjectionCase& test, const std::string& integrator) {
   PictureRequest request;
   request.scene = absl::StrCat(things(kDiffuse), kLamp, camera(test.camera));
   request.filter = test.filter;
@@ -48,10 +48,10 @@ Pictures pictures_of(const ProjectionCase& test, const std::string& integrator) 
 class ProjectionPicture : public testing::TestWithParam<ProjectionCase> {};
 
 TEST_P(ProjectionPicture, IsThatOfPathTracing) {
-  const Pictures path = pictures_of(GetParam(), "path");
+  const Pictures path = projection_pictures(GetParam(), "path");
   for (const char* const integrator : {"light", "bdpt", "vcm", "mlt"}) {
     SCOPED_TRACE(integrator);
-    const Pictures joined = pictures_of(GetParam(), integrator);
+    const Pictures joined = projection_pictures(GetParam(), integrator);
     // Merging blurs.
     const double relative = std::string(integrator) == "vcm" ? 0.01 : 1e-3;
     expect_same(path, joined, relative);
