@@ -37,14 +37,6 @@ _MOVERS = {"ARMATURE", "BUILD", "CLOTH", "DYNAMIC_PAINT", "EXPLODE", "FLUID", "M
 _MOVERS |= {"OCEAN", "SOFT_BODY", "SURFACE", "WAVE"}
 
 
-# Our panoramas look along -x in their middle, and along -z on the right.
-_PANORAMA_TURN = np.array([[0.0, 0, -1, 0], [0, 1, 0, 0], [-1, 0, 0, 0], [0, 0, 0, 1]])
-
-
-def _is_panorama(camera: Any) -> bool:
-    return camera.data.type == "PANO" and camera.data.cycles.panorama_type == "EQUIRECTANGULAR"
-
-
 def _is_animated(data: Any) -> bool:
     animation = getattr(data, "animation_data", None)
     return animation is not None and bool(animation.action or animation.drivers or animation.nla_tracks)
