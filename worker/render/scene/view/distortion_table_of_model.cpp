@@ -56,11 +56,18 @@ class SeenPlaces {
     return known;
   }
 
-  /// The same for places beyond the film, too: where the model folds there, the place of the film next to it
-  /// is solved, from which it goes straight on.
-  std::optional<SolvedPlace> next_to(PlanePoint place, const SolvedPlace& known) const {
-    auto found = from(place, known);
-    return found || film_.has(place) ? found : from(film_.nearest(place), known);
+  /// A place that may lie beyond the film.
+  struct Node {
+    SolvedPlace on_film;  // there, or next to it: what others are solved from, as it is before any fold
+    PlaceAndSlopes seen;
+    bool is_solved;  // else the model folds beyond the film, and goes straight on from `on_film`
+  };
+  std::optional<Node> node_at(PlanePoint place, const SolvedPlace& known) const {
+    const bool is_on_film = film_.has(place);
+    const auto on_film = from(is_on_film ? place : film_.nearest(place), known);
+    if (!on_film) return std::nullopt;
+    const auto solved = is_on_film ? on_film : from(place, *on_film);
+    return Node{*on_film, solved ? solved->seen : on_film->straight_on(place), solved.has_value()};
   }
 
  private:
@@ -103,7 +110,7 @@ class SmoothTable {
         const int to = to_y * stride + to_x;
         if (nodes_[static_cast<std::size_t>(to)]) return absl::OkStatus();
         open.push_back(to);
-        return solve(to, *nodes_[static_cast<std::size_t>(at)]);
+        return solve(to, nodes_[static_cast<std::size_t>(at)]->on_film);
       };
       for (const auto& [to_x, to_y] : {std::pair{x + 1, y}, {x - 1, y}, {x, y + 1}, {x, y - 1}})
         if (auto s = visit(to_x, to_y); !s.ok()) return s;
@@ -122,7 +129,7 @@ class SmoothTable {
         if (!film_.has(place)) continue;
         const std::size_t at = static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns + 1) +
                                static_cast<std::size_t>(column);
-        const auto solved = seen_.from(place, *nodes_[at]);
+        const auto solved = seen_.from(place, nodes_[at]->on_film);
         if (!solved) return folds_at(film_, place);
         const PlaceAndSlopes& exact = solved->seen;
         const double error_x = middle_of_cell(at, 0) + place.x - exact.place.x,
@@ -144,7 +151,7 @@ class SmoothTable {
     const int stride = table_.grid.columns + 1;
     const int x = node % stride, y = node / stride;
     const PlanePoint place = node_place(table_.grid, x, y);
-    auto found = seen_.next_to(place, known);
+    auto found = seen_.node_at(place, known);
     if (!found) return folds_at(film_, film_.nearest(place));
     nodes_[static_cast<std::size_t>(node)] = *found;
     return absl::OkStatus();
@@ -172,15 +179,14 @@ class SmoothTable {
     for (int row = 0; row <= grid.rows; ++row) {
       for (int column = 0; column <= grid.columns; ++column) {
         const PlanePoint place = node_place(grid, column, row);
-        const SolvedPlace& node = *nodes_[static_cast<std::size_t>(row * (grid.columns + 1) + column)];
-        const PlaceAndSlopes seen = node.straight_on(place);
+        const SeenPlaces::Node& node = *nodes_[static_cast<std::size_t>(row * (grid.columns + 1) + column)];
+        const PlaceAndSlopes& seen = node.seen;
         // Mixed derivatives by differences of derivatives, which are right to their last digits.
         constexpr double kStep = 1e-3;
         const PlanePoint before{place.x, place.y - kStep * cell_y}, after{place.x, place.y + kStep * cell_y};
-        const auto up = seen_.from(before, node), down = seen_.from(after, node);
+        const auto up = seen_.from(before, {place, seen}), down = seen_.from(after, {place, seen});
         double mixed_x = 0, mixed_y = 0;
-        const bool goes_straight_on = node.place.x != place.x || node.place.y != place.y;
-        if (up && down && !goes_straight_on) {
+        if (up && down && node.is_solved) {
           mixed_x = (down->seen.xx - up->seen.xx) / (2 * kStep) * cell_x;
           mixed_y = (down->seen.yx - up->seen.yx) / (2 * kStep) * cell_x;
         }
@@ -194,7 +200,7 @@ class SmoothTable {
   const SeenPlaces seen_;
   const FilmPlaces& film_;
   DistortionTable table_;
-  std::vector<std::optional<SolvedPlace>> nodes_;
+  std::vector<std::optional<SeenPlaces::Node>> nodes_;
 };
 
 }  // namespace
