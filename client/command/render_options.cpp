@@ -108,9 +108,7 @@ void define_film_options(options::Command& command, RenderOptions& options) {
     if (method.ok()) denoise = *method;
     return method.status();
   };
-  command
-      .add_read_by("--denoise", read_denoise,
-                   "take noise out: regression, statistical, oidn or off; the picture is biased then")
+  command.add_read_by("--denoise", read_denoise, "denoiser: regression, statistical, oidn or off")
       .type_name("NAME")
       .completing({"regression", "statistical", "oidn", "off"});
   command.group("Image");
