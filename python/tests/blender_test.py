@@ -128,7 +128,7 @@ class BlenderTest(unittest.TestCase):
     def test_what_moves_is_blurred_as_cycles_blurs_it(self) -> None:
         """A light block turns by 126 degrees while it slides, a camera pans, the shutter opens slowly, and rows are
         exposed one after the other."""
-        for lamps in ("motion", "rolling"):
+        for lamps, bound in (("motion", 0.003), ("rolling", 0.009)):
             ours, theirs = (self.rendered(engine, lamps).sum(axis=-1) for engine in ("tessera", "cycles"))
             still = self.rendered("tessera", "stands").sum(axis=-1)
 
@@ -136,10 +136,10 @@ class BlenderTest(unittest.TestCase):
                 blocks = [i.reshape(16, 4, 24, 4).mean(axis=(1, 3)) for i in (picture, other)]
                 return float(np.abs(blocks[0] - blocks[1]).mean() / blocks[1].mean())
 
-            # Twice what was measured; without motion, or with rows that go upwards, it is far more.
-            self.assertLess(distance(ours, theirs), 0.04, lamps)
-            self.assertGreater(distance(still, theirs), 0.2, lamps)
-            self.assertGreater(distance(ours[::-1], theirs), 0.2, lamps)
+            # Twice what was measured; without motion, or upside down, it is ten times as much and more.
+            self.assertLess(distance(ours, theirs), bound, lamps)
+            self.assertGreater(distance(still, theirs), 4 * bound, lamps)
+            self.assertGreater(distance(ours[::-1], theirs), 4 * bound, lamps)
 
     def test_a_border_is_what_is_rendered(self) -> None:
         whole, part = self.rendered("tessera", "area"), self.rendered("border", "area")
