@@ -22,7 +22,7 @@ using std::numbers::pi;
 
 constexpr const char* kForm = "expected scene, stops (+1.5), ev12, or words like f/8 t/8 1/125s iso400 nd0.9";
 
-std::optional<double> number_in(std::string_view text) {
+std::optional<double> real_in(std::string_view text) {
   double number = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number);
   if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(number)) return std::nullopt;
@@ -34,8 +34,8 @@ std::optional<double> seconds_in(std::string_view text) {
   const bool has_unit = text.ends_with('s');
   if (has_unit) text.remove_suffix(1);
   const std::size_t slash = text.find('/');
-  if (slash == std::string_view::npos) return has_unit ? number_in(text) : std::nullopt;
-  const auto over = number_in(text.substr(0, slash)), under = number_in(text.substr(slash + 1));
+  if (slash == std::string_view::npos) return has_unit ? real_in(text) : std::nullopt;
+  const auto over = real_in(text.substr(0, slash)), under = real_in(text.substr(slash + 1));
   if (!over || !under || *under == 0) return std::nullopt;
   return *over / *under;
 }
@@ -54,7 +54,7 @@ class WordReader {
   bool read(std::string_view word) {
     if (word == "scene") return true;
     if (const char first = word.front(); first == '+' || first == '-') {
-      const auto stops = number_in(first == '+' ? word.substr(1) : word);
+      const auto stops = real_in(first == '+' ? word.substr(1) : word);
       if (!stops || words_.said.compensation_stops() != 0) return false;
       words_.said.set_compensation_stops(*stops);
       return true;
@@ -82,7 +82,7 @@ class WordReader {
     if (!word.starts_with(prefix)) return std::nullopt;
     word.remove_prefix(prefix.size());
     if (prefix.size() == 1 && word.starts_with('/')) word.remove_prefix(1);
-    return number_in(word);
+    return real_in(word);
   }
   template <class Setter>
   static bool set(bool was_said, double number, Setter&& setter) {

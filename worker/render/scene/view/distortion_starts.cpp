@@ -14,7 +14,7 @@ namespace tessera::render {
 namespace {
 
 constexpr std::int32_t kStartCells = 64;  // each way
-constexpr double kUnknown = std::numeric_limits<double>::infinity();
+constexpr double kBeyondAll = std::numeric_limits<double>::infinity();
 
 /// A place of the film, and the undistorted one that it sees.
 struct SeenPlace {
@@ -44,7 +44,7 @@ std::vector<SeenPlace> seen_places(const DistortionTable& table) {
 
 /// Lays the cells over all places. False where they have no extent, or none that is finite.
 bool span_places(const std::vector<SeenPlace>& seen, PlaceGrid& grid) {
-  PlanePoint low{kUnknown, kUnknown}, high{-kUnknown, -kUnknown};
+  PlanePoint low{kBeyondAll, kBeyondAll}, high{-kBeyondAll, -kBeyondAll};
   for (const SeenPlace& one : seen) {
     low = {std::min(low.x, one.place.x), std::min(low.y, one.place.y)};
     high = {std::max(high.x, one.place.x), std::max(high.y, one.place.y)};
@@ -84,7 +84,7 @@ absl::Status add_starts(DistortionTable& table) {
   constexpr std::size_t kCells = std::size_t{kStartCells} * kStartCells;
   table.starts.assign(2 * kCells, 0);
   // A cell has the node next to its middle.
-  std::vector<double> distances(kCells, kUnknown);
+  std::vector<double> distances(kCells, kBeyondAll);
   std::vector<bool> filled(kCells, false);
   std::deque<int> open;
   for (const SeenPlace& one : seen) {
