@@ -196,7 +196,7 @@ INSTANTIATE_TEST_SUITE_P(
                     RollingCase{"path", kColumns, 1e-3, 0.04, kShared}, RollingCase{"volpath"},
                     RollingCase{"light"}, RollingCase{"light", kColumns},
                     RollingCase{"bdpt", kRolling, 1e-3, 0.06}, RollingCase{"bdpt", kColumns},
-                    RollingCase{"mlt", kRolling, 1e-3, 0.08}, RollingCase{"vcm", kColumns, 0.01, 0.15}),
+                    RollingCase{"mlt", kRolling, 1e-3, 0.08}, RollingCase{"vcm", kColumns, 0.01, 0.25}),
     [](const auto& test) {
       return absl::StrCat(test.param.name, test.param.shutter == kColumns ? "Columns" : "Rows", test.index);
     });
