@@ -147,6 +147,9 @@ class SceneMessage : public testing::Test {
     orthographic.set_lens_radius(0.01f);
     orthographic.set_focal_distance(5);
     *orthographic.mutable_aperture() = samples_[0].scene.camera().perspective().aperture();
+    // Barrels are those of perspective cameras.
+    orthographic.mutable_aperture()->clear_barrel_length();
+    orthographic.mutable_aperture()->clear_barrel_radius();
     v1::FisheyeCamera& fisheye = *samples_[2].scene.mutable_camera()->mutable_fisheye();
     fisheye.set_fov_degrees(180);
     fisheye.set_circle_degrees(170);
