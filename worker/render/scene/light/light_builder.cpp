@@ -43,8 +43,9 @@ absl::Status put_rotation(Imath::V3d side, Imath::V3d axis, float (&rows)[9]) {
 }
 
 absl::Status set_motion(absl::StatusOr<Motion> found, Motion& motion) {
-  if (found.ok()) motion = *std::move(found);
-  return found.status();
+  absl::Status status = found.status();
+  if (status.ok()) motion = *std::move(found);
+  return status;
 }
 
 /// A light of the kind `soft` if it has a radius.
