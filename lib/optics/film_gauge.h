@@ -23,7 +23,7 @@ std::span<const FilmGauge> film_gauges();
 /// Null where there is none of that name. Capitals do not matter.
 const FilmGauge* find_film_gauge(std::string_view name);
 
-/// What to say where there is none: with all names, and the nearest one.
+/// The error for a name that is none: lists all names, and the nearest one.
 std::string unknown_film_gauge(std::string_view name);
 
 /// The largest picture whose width is `aspect` times its height, on a frame that may be turned by 90 degrees.

@@ -69,7 +69,7 @@ double hole_irradiance(double fresnel_number, double radius) {
 }
 
 std::vector<double> light_within_hole(double fresnel_number, std::span<const double> radii) {
-  // By Simpson's rule, several steps in each of the pattern's shortest waves.
+  // Simpson's rule takes several steps in each of the pattern's shortest waves.
   constexpr double kStepsInWave = 6;
   const double u = 2 * pi * fresnel_number;
   std::vector<double> parts;

@@ -13,7 +13,8 @@ double cosine_behind(double before, double behind, double cosine) {
   return std::sqrt(std::max(1 - ratio * ratio * (1 - cosine * cosine), 0.0));
 }
 
-/// Of a layer whose two sides reflect these amplitudes; `phase` is that of going to and fro in it.
+/// Reflectance of a layer whose two sides reflect these amplitudes; `phase` is that of going to and fro in
+/// it.
 double of_layer(double first, double second, double phase) {
   const double both = first * second, interference = 2 * both * std::cos(phase);
   return (first * first + second * second + interference) / (1 + both * both + interference);

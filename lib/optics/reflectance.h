@@ -1,4 +1,4 @@
-// What surfaces of lenses reflect.
+// Reflectance of the surfaces of lenses.
 #pragma once
 
 #include <optional>

@@ -144,7 +144,7 @@ absl::StatusOr<double> film_exposure_of_pixel(const v1::PhotographicExposure& as
     const double number = asked.has_t_number() ? asked.t_number() : asked.f_number();
     return kQuarterPi * seconds / (number * number);
   }
-  const std::optional<LensLight> lens = lens_light(camera);
+  const std::optional<LightThroughLens> lens = lens_light(camera);
   if (!lens) {
     return absl::InvalidArgumentError(
         "this kind of camera does not say how much light it lets through: f_number, t_number or ev100 does");
@@ -199,16 +199,16 @@ bool is_irradiance(const v1::Camera& camera) {
          (camera.has_pinhole() && camera.pinhole().brightness() == v1::LensCamera::IRRADIANCE);
 }
 
-std::optional<LensLight> lens_light(const v1::Camera& camera) {
+std::optional<LightThroughLens> lens_light(const v1::Camera& camera) {
   if (camera.has_pinhole()) {
     const double radius = camera.pinhole().hole_mm() / 2, distance = camera.pinhole().film_distance_mm();
-    return LensLight{pi * radius * radius / (radius * radius + distance * distance)};
+    return LightThroughLens{pi * radius * radius / (radius * radius + distance * distance)};
   }
   if (!camera.has_lens()) return std::nullopt;
   std::vector<optics::Fault> faults;
   const std::optional<optics::LensSystem> lens = lens_system_of(camera.lens(), faults);
   if (!lens) return std::nullopt;
-  return LensLight{optics::axial_irradiance(*lens), optics::transmittance(*lens, optics::kLineD)};
+  return LightThroughLens{optics::axial_irradiance(*lens), optics::transmittance(*lens, optics::kLineD)};
 }
 
 }  // namespace tessera::wire

@@ -23,7 +23,7 @@ absl::StatusOr<FilmExposure> film_exposure(const v1::Film& film, const std::stri
 /// InvalidArgument for words that mean nothing.
 absl::Status check_exposure_words(const std::string& words);
 
-/// What an exposure multiplies the pixels of a camera by. Photographic exposures are relative to ISO 12232's
+/// Factor of the pixels of a camera by an exposure. Photographic exposures are relative to ISO 12232's
 /// standard output sensitivity: a pixel is 0.18 where the film gets 10 / S lux seconds at ISO speed S.
 /// InvalidArgument where the camera's lens does not tell how much light it lets through.
 absl::StatusOr<double> exposure_scale(const FilmExposure& exposure, const v1::Camera& camera);
@@ -32,11 +32,11 @@ absl::StatusOr<double> exposure_scale(const FilmExposure& exposure, const v1::Ca
 bool is_irradiance(const v1::Camera& camera);
 
 /// Light that a lens or a hole lets through.
-struct LensLight {
+struct LightThroughLens {
   double irradiance = 0;    // in the middle of the film, by a radiance of 1 all over the scene; steradians
   double transmission = 1;  // part of it that is left by the surfaces of a real lens, at line d
 };
 /// Nothing where the camera has neither, or one that is not possible.
-std::optional<LensLight> lens_light(const v1::Camera& camera);
+std::optional<LightThroughLens> lens_light(const v1::Camera& camera);
 
 }  // namespace tessera::wire

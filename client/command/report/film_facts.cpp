@@ -10,7 +10,7 @@
 namespace tessera::client {
 namespace {
 
-/// What is white in a picture that was balanced: its colour space's, whatever light that was in the scene.
+/// Tells the white of a picture that was balanced: its colour space's, whatever light that was in the scene.
 void add_white(const wire::FilmSensor& film, const v1::JobSpec::View& view, Image& image) {
   if (!film.white || image.metadata.contains(kRawChannels)) return;
   image.metadata["adoptedNeutral"] =

@@ -21,7 +21,7 @@ struct Pose {
   Imath::M44d parent_from_node() const;
 };
 
-/// What a node is like while the shutter is open.
+/// Pose and place of a node at one moment while the shutter is open.
 struct LaterPose {
   std::vector<double> weights;  // as in Pose
   Imath::M44d world_from_node;

@@ -45,7 +45,7 @@ std::vector<Corner> polygon_of(int corners, double first_degrees, double outer, 
   return polygon;
 }
 
-/// What lets light through at a place of the square [-1, 1]^2, y up.
+/// Part of the light, 0 to 1, that passes a place of the square [-1, 1]^2, y up.
 using Opening = std::function<double(double x, double y)>;
 
 /// pbrt-v4's, by their names.

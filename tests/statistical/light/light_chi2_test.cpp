@@ -374,7 +374,7 @@ Lamp deforming_lamp(double time) {
   for (std::size_t i = 0; i < 4; ++i)
     now.push_back(keys[before][i] * (1 - part) + keys[before + 1][i] * part);
   const std::vector<std::uint32_t> triangles = {0, 1, 2};
-  // What it is met as, and its centre, are those of the moment.
+  // The triangles that rays meet, and the centre, are those of the moment.
   Lamp lamp = mesh_lamp(absl::StrCat("deforming, at ", time), now, triangles, true);
   ShapeRecord& mesh = lamp.shapes->shapes[1];
   mesh.flags |= kDeforms;

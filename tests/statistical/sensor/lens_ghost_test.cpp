@@ -18,6 +18,7 @@
 #include "render/scene/view/sensor.h"
 #include "render/sensor/lens_entry.h"
 #include "render/sensor/model/lens_ghosts.h"
+#include "statistical/sensor/lens_on_film.h"
 #include "support/kernel/random_lanes.h"
 #include "wire/algorithm.h"
 #include "wire/lens_message.h"
@@ -44,22 +45,8 @@ const char* const kSinglet = R"(lens {
     surfaces { radius_mm: 60 thickness_mm: 7 diameter_mm: 20 index: 1.52 }
     surfaces { radius_mm: -90 thickness_mm: 60 diameter_mm: 20 } } ghosts: true )";
 
-struct Camera {
-  SensorRecord sensor;
-  std::optional<optics::LensSystem> lens;
-};
-Camera camera_of(const std::string& lens, bool takes_light = false, bool spectral = false) {
-  v1::Camera message;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(absl::StrCat("lens { ", lens, " }"), &message));
-  const auto sensor = build_sensor(message, kFilm, render_space_about({0, 0, 0}), *wire::find_algorithm(""),
-                                   spectral, {.takes_light = takes_light});
-  EXPECT_TRUE(sensor.ok()) << sensor.status();
-  std::vector<optics::Fault> faults;
-  return {*sensor, wire::lens_system_of(message.lens(), faults)};
-}
-optics::Vector film_at(const SensorRecord& sensor, double x, double y) {
-  const double d = sensor.lens->film_distance;
-  return {-(x * sensor.scale_x + sensor.offset_x) * d, -(y * sensor.scale_y + sensor.offset_y) * d, 0};
+LensOnFilm camera_of(const std::string& lens, bool takes_light = false, bool spectral = false) {
+  return lens_on_film(lens, kFilm, {.takes_light = takes_light, .spectral = spectral});
 }
 Vec3 wide(const optics::Vector& v) {
   return {Float(static_cast<float>(v.x)), Float(static_cast<float>(v.y)), Float(static_cast<float>(v.z))};
@@ -69,7 +56,7 @@ optics::Vector lane_of(Vec3 v, int lane) { return {v.x.lane(lane), v.y.lane(lane
 /// Every bounce, both ways, ray by ray.
 TEST(LensGhosts, RaysAreThoseOfTheOpticsLibrary) {
   for (const char* const lens : {kTriplet, kSinglet}) {
-    const Camera camera = camera_of(lens, false, true);  // of wavelengths: parts are those of one
+    const LensOnFilm camera = camera_of(lens, false, true);  // of wavelengths: parts are those of one
     const LensTable& table = *camera.sensor.lens;
     const double front = camera.lens->elements().front().z, last = camera.lens->back_distance();
     const float nm = 520;
@@ -129,7 +116,7 @@ class MeanOf {
   double sum_ = 0, squares_ = 0, count_ = 0;
 };
 
-/// What reaches a place of the film under a sky of radiance 1 over all bounces: a sum over the last surface,
+/// Irradiance at a place of the film under a sky of radiance 1, by all bounces: a sum over the last surface,
 /// whose points are a grid of rings.
 double ghost_irradiance(const optics::LensSystem& lens, const optics::Vector& film) {
   const optics::Surface& last = lens.elements().back().surface;
@@ -164,8 +151,8 @@ double ghost_irradiance(const optics::LensSystem& lens, const optics::Vector& fi
 TEST(LensGhosts, WeightsFromTheFilmAreTheIrradianceOfGhosts) {
   constexpr int kSamples = 1 << 18;
   for (const char* const lens : {kSinglet, kTriplet}) {
-    // Of bare surfaces all colours are alike; the triplet's are compared at one wavelength.
-    const Camera camera = camera_of(absl::StrCat(lens, "brightness: IRRADIANCE"), false, true);
+    // Bare surfaces reflect all colours alike; the triplet's are compared at one wavelength.
+    const LensOnFilm camera = camera_of(absl::StrCat(lens, "brightness: IRRADIANCE"), false, true);
     const float part = camera.sensor.lens->ghosts.part;
     for (const double place : {0.5, 0.9}) {
       MeanOf ghosts, straight;
@@ -201,7 +188,7 @@ TEST(LensGhosts, WeightsFromTheFilmAreTheIrradianceOfGhosts) {
 /// A small source far away: light that is sent into the lens, against rays of the optics library.
 TEST(LensGhosts, LightThatIsSentInLandsWhereItDoesInTheOpticsLibrary) {
   for (const char* const lens : {kSinglet, kTriplet}) {
-    const Camera camera = camera_of(absl::StrCat(lens, "brightness: IRRADIANCE"), true, true);
+    const LensOnFilm camera = camera_of(absl::StrCat(lens, "brightness: IRRADIANCE"), true, true);
     const LensTable& table = *camera.sensor.lens;
     const optics::Vector towards = optics::unit({0.12, 0.05, 1});
     // Rays to the rim cross the plane of the vertex a little outside of it.
@@ -259,7 +246,7 @@ TEST(LensGhosts, LightThatIsSentInLandsWhereItDoesInTheOpticsLibrary) {
 
 /// The density that weighs both ways against each other is the same from both ends.
 TEST(LensGhosts, BothWaysAgreeOnTheirDensities) {
-  const Camera camera = camera_of(kTriplet, true, true);
+  const LensOnFilm camera = camera_of(kTriplet, true, true);
   RandomLanes numbers(13);
   const float part = camera.sensor.lens->ghosts.part;
   int found = 0;

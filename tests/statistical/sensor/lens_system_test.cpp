@@ -17,6 +17,7 @@
 #include "render/scene/view/sensor.h"
 #include "render/sensor/sensor.h"
 #include "render/transport/path/wavefront.h"
+#include "statistical/sensor/lens_on_film.h"
 #include "support/kernel/kernel_scene.h"
 #include "support/kernel/random_lanes.h"
 #include "wire/algorithm.h"
@@ -53,24 +54,8 @@ const char* const kAspheres = R"(lens {
     surfaces { radius_mm: -90 thickness_mm: 50 diameter_mm: 26 conic: -1.2 }
   } )";
 
-struct Camera {
-  SensorRecord sensor;
-  std::optional<optics::LensSystem> lens;
-};
-Camera camera_of(const std::string& lens, bool spectral = false) {
-  v1::Camera message;
-  EXPECT_TRUE(google::protobuf::TextFormat::ParseFromString(absl::StrCat("lens { ", lens, " }"), &message));
-  const auto sensor =
-      build_sensor(message, kFilm, render_space_about({0, 0, 0}), *wire::find_algorithm(""), spectral);
-  EXPECT_TRUE(sensor.ok()) << sensor.status();
-  std::vector<optics::Fault> faults;
-  return {*sensor, wire::lens_system_of(message.lens(), faults)};
-}
-
-/// The place on the film, in millimetres.
-optics::Vector film_at(const SensorRecord& sensor, double x, double y) {
-  const double d = sensor.lens->film_distance;
-  return {-(x * sensor.scale_x + sensor.offset_x) * d, -(y * sensor.scale_y + sensor.offset_y) * d, 0};
+LensOnFilm camera_of(const std::string& lens, bool spectral = false) {
+  return lens_on_film(lens, kFilm, {.spectral = spectral});
 }
 
 TEST(LensSystemSensor, RaysComeFromTheirPlaceOnTheFilm) {
@@ -82,7 +67,7 @@ TEST(LensSystemSensor, RaysComeFromTheirPlaceOnTheFilm) {
                         {kDoubleGauss, "focus_distance: 1000 f_number: 4 blades: 6 units_per_mm: 1", 1},
                         {kAspheres, "focus_distance: 3", 1000}}) {
     for (const bool spectral : {false, true}) {
-      const Camera camera = camera_of(absl::StrCat(c.lens, c.use), spectral);
+      const LensOnFilm camera = camera_of(absl::StrCat(c.lens, c.use), spectral);
       const double mm = c.mm;
       RandomLanes numbers(7);
       int valid = 0, all = 0;
@@ -141,8 +126,8 @@ Light light_at(const SensorRecord& sensor, double x, double y) {
 
 TEST(LensSystemSensor, WeightsAreTheIrradianceOfTheFilm) {
   for (const char* const use : {"f_number: 1.4", "focus_distance: 1 f_number: 4"}) {
-    const Camera camera = camera_of(absl::StrCat(kDoubleGauss, use)),
-                 plain = camera_of(absl::StrCat(kDoubleGauss, use, " brightness: IRRADIANCE"));
+    const LensOnFilm camera = camera_of(absl::StrCat(kDoubleGauss, use)),
+                     plain = camera_of(absl::StrCat(kDoubleGauss, use, " brightness: IRRADIANCE"));
     const double axial = optics::axial_irradiance(*camera.lens);
     for (const double part : {0.0, 0.3, 0.6, 0.98}) {
       const double x = 180 + 180 * part, y = 120 - 120 * part;
@@ -160,9 +145,9 @@ TEST(LensSystemSensor, WeightsAreTheIrradianceOfTheFilm) {
 }
 
 TEST(LensSystemSensor, ClosedBladesLetLessThrough) {
-  const Camera round = camera_of(absl::StrCat(kDoubleGauss, "f_number: 4 brightness: IRRADIANCE")),
-               polygon =
-                   camera_of(absl::StrCat(kDoubleGauss, "f_number: 4 brightness: IRRADIANCE blades: 6"));
+  const LensOnFilm round = camera_of(absl::StrCat(kDoubleGauss, "f_number: 4 brightness: IRRADIANCE")),
+                   polygon =
+                       camera_of(absl::StrCat(kDoubleGauss, "f_number: 4 brightness: IRRADIANCE blades: 6"));
   // A hexagon's part of its circle; the weights vary by cos^4, less than 2 % here.
   const double part = 3 * std::sqrt(3.0) / (2 * std::numbers::pi);
   EXPECT_NEAR(light_at(polygon.sensor, 180, 120).mean / light_at(round.sensor, 180, 120).mean, part,

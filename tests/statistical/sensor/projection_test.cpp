@@ -159,7 +159,7 @@ TEST_P(Projection, ImportanceOfEveryPixelIntegratesToOne) {
       ++tested;
     }
     ASSERT_GT(tested, 100);
-    // By the normal distribution that chi-square comes close to.
+    // Chi-square comes close to this normal distribution.
     const double z = (chi2 - tested) / std::sqrt(2.0 * tested);
     log_of_all += std::log(std::erfc(std::abs(z) / std::numbers::sqrt2));
     // Where importance is the same everywhere, rounding alone is left.

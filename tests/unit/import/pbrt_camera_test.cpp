@@ -168,7 +168,7 @@ TEST_F(PbrtCamera, AperturesArePicturesAsBrightAsACircle) {
     for (std::size_t i = 0; i < pixels.floats.size(); i += 4) sum += double{pixels.floats[i]};
     EXPECT_NEAR(sum / (256 * 256), std::numbers::pi / 4, 1e-4) << name;
   }
-  // Of the square a quarter is open; a corner of the pentagon points down, as pbrt has it.
+  // A quarter of the square is open; a corner of the pentagon points down, as pbrt has it.
   const auto at = [](const images::ImagePixels& pixels, std::size_t x, std::size_t y) {
     return double{pixels.floats[4 * (y * 256 + x)]};
   };

@@ -251,7 +251,7 @@ TEST_F(PbrtScene, NamesWhatIsMissing) {
 }
 
 TEST_F(PbrtScene, LightsMoveWithinTheExposure) {
-  // By 8 along x from time 0 to 2; the shutter is open from 0.5 to 1: from x = 2 to x = 4.
+  // It moves by 8 along x from time 0 to 2; the shutter is open from 0.5 to 1: from x = 2 to x = 4.
   const auto result = import_text(
       "TransformTimes 0 2\nCamera \"perspective\" \"float shutteropen\" .5 \"float shutterclose\" 1\n"
       "WorldBegin\nActiveTransform EndTime Translate 8 0 0 ActiveTransform All\n"

@@ -140,7 +140,7 @@ MovedPlace distort(const DistortionTable& table, Vec2 undistorted) {
     const Float step_x = difference_of_products(at.yy, rest_x, at.xy, rest_y) * inverse,
                 step_y = difference_of_products(at.xx, rest_y, at.yx, rest_x) * inverse;
     film = within(table.grid, {film.x + step_x, film.y + step_y});
-    // What is left after a step is of the order of its square. Steps that lead off the table stay large.
+    // The rest after a step is of the order of its square. Steps that lead off the table stay large.
     found = max(abs(step_x), abs(step_y)) <= table.near;
     area = at.determinant;
   }

@@ -1,5 +1,5 @@
-// What kernels read of a camera with a hole instead of a lens. Its middle is the origin of sensor space, and
-// a place of the raster, which lies on the plane z = 1, is seen along the ray through that middle.
+// A camera with a hole instead of a lens, as kernels read it. The hole's middle is the origin of sensor
+// space, and a place of the raster, which lies on the plane z = 1, is seen along the ray through that middle.
 #pragma once
 
 #include <cstdint>

@@ -78,7 +78,7 @@ struct LensTilt {
   float plane[3] = {0, 0, 1};                              // of focus: its normal over its distance
 };
 
-/// What an aperture of any shape lets through: of the square around its circle, rows from y = -1 on, with
+/// Transmission of an aperture of any shape: the square around its circle, rows from y = -1 on, with
 /// densities in proportion.
 struct AperturePicture {
   Piecewise2d density;     // width 0: there is no picture

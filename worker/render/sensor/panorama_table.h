@@ -1,4 +1,4 @@
-// What kernels read of sensors that see all around, beyond the scale of their raster.
+// Sensors that see all around, as kernels read them beyond the scale of their raster.
 #pragma once
 
 #include <cstdint>

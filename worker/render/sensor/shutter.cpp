@@ -114,7 +114,7 @@ Float exposure_at(const SensorRecord& sensor, Vec2 raster, Float time) {
 Exposure exposure_of_groups(const SensorRecord& sensor, Vec2 raster, Float u, int group) {
   if (sensor.shutter == nullptr || sensor.shutter->rows == 0 || group == 1)
     return {time_at(sensor, raster, u), Float(1.0f)};
-  // By the row of a member of the group, which the number picks.
+  // The number picks a member of the group, whose row counts.
   const auto count = static_cast<float>(group);
   const Int member = min(to_int(u * count), Int(group - 1)), first = Int::iota(0) & Int(-group);
   alignas(64) float x[kWidth], y[kWidth];

@@ -23,7 +23,7 @@ struct CurvesRecord {
       normals;  // kRibbon: x y z a control point, unit, and one float more for Embree's wide loads
   std::vector<float> params;  // u at the beginning and the end of every segment; empty: 0 and 1
   std::int32_t pieces = 4;    // straight pieces that a segment is as good as
-  // Of curves that deform: the `points` of the keys, at evenly spaced times from 0 to 1, follow one another,
+  // Curves that deform: the `points` of the keys, at evenly spaced times from 0 to 1, follow one another,
   // all of a point is linear in between, and this many segments lie between the keys. The normals stay.
   std::int32_t key_segments = 0;
 };

@@ -1,4 +1,4 @@
-// What surfaces reflect against closed forms, and ghosts against matrices of paraxial optics.
+// Reflectance of surfaces against closed forms, and ghosts against matrices of paraxial optics.
 #include "optics/ghosts.h"
 
 #include <gtest/gtest.h>
@@ -10,6 +10,7 @@
 
 #include "optics/image_quality.h"
 #include "optics/reflectance.h"
+#include "unit/lib/optics/test_lenses.h"
 
 namespace tessera::optics::ghost_tests {
 namespace {
@@ -17,31 +18,10 @@ namespace {
 constexpr double kGreen = 550;
 const Coating kMagnesiumFluoride{1.38, kGreen / 4 / 1.38};  // a quarter of a wavelength
 
-Surface surface(double radius, double thickness, double index, double diameter,
-                std::optional<Coating> coating = {}) {
-  Surface s;
-  s.radius = radius, s.thickness = thickness, s.diameter = diameter;
-  s.behind.index = index;
-  s.coating = coating;
-  return s;
-}
-Surface stop(double thickness, double diameter) {
-  Surface s = surface(0, thickness, 1, diameter);
-  s.stop = true;
-  return s;
-}
-/// US patent 3,552,829, example 1.
-Prescription double_gauss(const std::optional<Coating>& coating) {
-  Prescription lens{
-      "",
-      "",
-      {surface(56.655, 5.24, 1.815, 38.5), surface(600, 0.565, 1, 38.5), surface(25.68, 6.56, 1.694, 33.5),
-       surface(51.875, 0.8, 1, 28.716), surface(84.6, 2.255, 1.63003, 34), surface(17.295, 5.865, 1, 24.5),
-       stop(5.565, 24.1), surface(-19.475, 2.855, 1.7918, 24), surface(246.02, 6.185, 1.8004, 31),
-       surface(-35.965, 0.095, 1, 31), surface(-125.895, 4.05, 1.8004, 31.5),
-       surface(-37.625, 0.095, 1, 31.5), surface(198.13, 4.05, 1.71615, 31.5), surface(-63.025, 0, 1, 31.5)}};
+/// All surfaces of the lens but its stop get a layer of magnesium fluoride.
+Prescription with_layers(Prescription lens) {
   for (Surface& s : lens.surfaces) {
-    if (!s.stop) s.coating = coating;
+    if (!s.stop) s.coating = kMagnesiumFluoride;
   }
   return lens;
 }
@@ -50,6 +30,10 @@ LensSystem focused(const Prescription& lens, const LensUse& use = {}) {
   const auto system = LensSystem::focus(lens, use, faults);
   for (const Fault& fault : faults) ADD_FAILURE() << fault.message;
   return *system;
+}
+/// The double Gauss, whose surfaces are bare or have a layer.
+LensSystem double_gauss_in_focus(bool has_layers) {
+  return focused(has_layers ? with_layers(double_gauss()) : double_gauss());
 }
 
 TEST(Reflectance, IsFresnelsAtBareGlass) {
@@ -130,13 +114,12 @@ TEST(Ghosts, OfASingletAreThoseOfParaxialOptics) {
 
 TEST(Ghosts, AreWeakerWithCoatings) {
   double all[2] = {};
-  for (const bool coated : {false, true}) {
-    const auto coating = coated ? std::optional(kMagnesiumFluoride) : std::nullopt;
-    const LensSystem lens = focused(double_gauss(coating));
+  for (const bool has_layers : {false, true}) {
+    const LensSystem lens = double_gauss_in_focus(has_layers);
     const auto ghosts = ghosts_of(lens, kGreen);
     EXPECT_GT(ghosts.size(), 30u);
     for (const Ghost& ghost : ghosts) {
-      all[coated ? 1 : 0] += ghost.part;
+      all[has_layers ? 1 : 0] += ghost.part;
       EXPECT_GT(ghost.diameter, 0);
     }
   }
@@ -148,8 +131,8 @@ TEST(Ghosts, AreWeakerWithCoatings) {
 TEST(Ghosts, NoRayBringsMoreLightThanItHas) {
   std::mt19937 engine(5);
   std::uniform_real_distribution<double> number(-1, 1);
-  for (const bool coated : {false, true}) {
-    const LensSystem lens = focused(double_gauss(coated ? std::optional(kMagnesiumFluoride) : std::nullopt));
+  for (const bool has_layers : {false, true}) {
+    const LensSystem lens = double_gauss_in_focus(has_layers);
     const auto bounces = lens.bounces(kGreen);
     EXPECT_EQ(bounces.size(), 13u * 12 / 2);  // of 13 surfaces of glass
     int through = 0;
@@ -170,7 +153,7 @@ TEST(Ghosts, NoRayBringsMoreLightThanItHas) {
 }
 
 TEST(Ghosts, RaysGoTheSameWayBack) {
-  const LensSystem lens = focused(double_gauss(kMagnesiumFluoride), {.focus = 2000, .f_number = 2});
+  const LensSystem lens = focused(with_layers(double_gauss()), {.focus = 2000, .f_number = 2});
   std::mt19937 engine(9);
   std::uniform_real_distribution<double> number(-1, 1);
   int found = 0;
@@ -194,7 +177,7 @@ TEST(Ghosts, RaysGoTheSameWayBack) {
 }
 
 TEST(Ghosts, TransmittanceIsThatOfTheRayAlongTheAxis) {
-  const LensSystem lens = focused(double_gauss(kMagnesiumFluoride));
+  const LensSystem lens = focused(with_layers(double_gauss()));
   const auto ray = lens.refracted_to_film({{0, 0, lens.front() + 10}, {0, 0, -1}}, kGreen);
   ASSERT_TRUE(ray);
   EXPECT_NEAR(ray->part, transmittance(lens, kGreen), 1e-12);

@@ -25,15 +25,19 @@ void add_boxed(PrimitiveKind kind, std::int32_t shape, std::int32_t number, cons
   list.push_back(primitive);
 }
 
+/// The numbers of a triangle's corners among the shape's vertices.
+const std::uint32_t* corners_of(const ShapeTable& table, const ShapeRecord& shape, std::int32_t triangle) {
+  return table.triangles.data() +
+         3 * (static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(triangle));
+}
+
 /// Triangles whose corners move, each in a box about all of its way: that of a corner is straight between two
 /// keys. A rounding more is less than rays' boxes are padded by.
 void add_deforming(const ShapeTable& table, const ShapeRecord& shape, std::int32_t index,
                    std::vector<Primitive>& list, const std::stop_token& stop) {
   for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
     throw_if_stopped(stop, static_cast<std::size_t>(t));
-    const std::uint32_t* const row =
-        table.triangles.data() +
-        3 * (static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(t));
+    const std::uint32_t* const row = corners_of(table, shape, t);
     Box box;
     for (std::int32_t key = 0; key <= shape.key_segments; ++key)
       for (int c = 0; c < 3; ++c) box.add(key_vertex(table, shape, row[c], key).position);
@@ -45,9 +49,7 @@ void add_triangles(const ShapeTable& table, const ShapeRecord& shape, std::int32
                    std::vector<Primitive>& list, const std::stop_token& stop) {
   for (std::int32_t t = 0; t < shape.triangle_count; ++t) {
     throw_if_stopped(stop, static_cast<std::size_t>(t));
-    const std::uint32_t* const row =
-        table.triangles.data() +
-        3 * (static_cast<std::size_t>(shape.first_triangle) + static_cast<std::size_t>(t));
+    const std::uint32_t* const row = corners_of(table, shape, t);
     Primitive primitive{};
     primitive.shape = index;
     primitive.number = t;

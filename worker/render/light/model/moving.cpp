@@ -50,8 +50,8 @@ struct MovedSpace {
     result.time = from_render.time;
     return result;
   }
-  /// By how much solid angles about `w` in light space, a unit vector that is as long as `stretch` in render
-  /// space, are larger there.
+  /// Factor by which solid angles about `w` in light space, a unit vector that is as long as `stretch` in
+  /// render space, are larger there.
   TESSERA_INLINE Float solid_angle(Float stretch) const {
     return determinant / (stretch * stretch * stretch);
   }

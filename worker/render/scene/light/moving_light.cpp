@@ -49,8 +49,8 @@ absl::StatusOr<Transform> turn_between(const Imath::V3d& axis, const Imath::V3d&
 
 bool is_at_infinity(LightKind kind) { return kind == LightKind::kDistant || is_environment(kind); }
 
-/// What a light that stands still is while it moves. Models are not asked: there are none where scenes are
-/// only checked.
+/// The kind that a light of a still kind has while it moves. Models are not asked: there are none where
+/// scenes are only checked.
 LightKind moving_kind(const LightRecord& still) {
   if (still.shape >= 0) return LightKind::kMovingSurface;
   if (still.kind == LightKind::kDistant) return LightKind::kMovingDistant;

@@ -14,9 +14,9 @@ namespace tessera::render {
 // stand still where messages have no end. InvalidArgument where a direction is none.
 absl::StatusOr<Motion> motion_of_point(const v1::PointLight& light);
 absl::StatusOr<Motion> motion_of_spot(const v1::SpotLight& light);
-/// Of directions alone.
+/// The motion turns directions alone.
 absl::StatusOr<Motion> motion_of_distant(const v1::DistantLight& light);
-/// Of directions alone, from those of the map. InvalidArgument for maps that change angles, and with a
+/// The motion turns the directions of the map alone. InvalidArgument for maps that change angles, and with a
 /// portal.
 absl::StatusOr<Motion> motion_of_sky(const v1::InfiniteLight& light);
 

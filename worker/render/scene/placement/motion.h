@@ -116,7 +116,7 @@ class Motion {
 /// The steps that the product of motions needs, those that stand still among them.
 MotionSteps steps_of_product(std::span<const Motion> motions);
 
-/// What users are told of steps that leave the way by more than a thousandth, else nothing.
+/// The warning about steps that leave the way by more than a thousandth; else empty.
 std::string roughness_of(const MotionSteps& steps);
 
 /// `place` at segments + 1 evenly spaced times in [0, 1], appended. InvalidArgument when one is not finite.

@@ -75,7 +75,7 @@ class MapTable {
   DistortionTable take() { return std::move(table_); }
 
  private:
-  /// What a pixel of the map says, as a place; pixels beyond it by the two that are next to them.
+  /// The place that a pixel of the map says; pixels beyond it by the two that are next to them.
   PlanePoint seen_from(int column, int row) const {
     const Split x = split(column, map_.size.width), y = split(row, map_.size.height);
     PlanePoint sum;

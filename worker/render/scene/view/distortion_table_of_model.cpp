@@ -19,7 +19,7 @@ struct SolvedPlace {
   PlanePoint place;
   PlaceAndSlopes seen;
 
-  /// What another place sees, if the model goes straight on from here.
+  /// The place that another one sees, if the model goes straight on from here.
   PlaceAndSlopes straight_on(PlanePoint to) const {
     const double x = to.x - place.x, y = to.y - place.y;
     PlaceAndSlopes moved = seen;
@@ -28,8 +28,8 @@ struct SolvedPlace {
   }
 };
 
-/// What places of the film see by a model: solved from place to place, so that a solution is that of the part
-/// of the film about the middle.
+/// The places that those of the film see by a model: solved from place to place, so that a solution is that
+/// of the part of the film about the middle.
 class SeenPlaces {
  public:
   SeenPlaces(const DistortionModel& model, const FilmPlaces& film) : model_(model), film_(film) {}
@@ -134,7 +134,7 @@ class SmoothTable {
         const PlaceAndSlopes& exact = solved->seen;
         const double error_x = middle_of_cell(at, 0) + place.x - exact.place.x,
                      error_y = middle_of_cell(at, 4) + place.y - exact.place.y;
-        // What is seen moves by the inverse of the slopes on the film.
+        // The seen place moves by the inverse of the slopes on the film.
         const double determinant = exact.determinant();
         largest = std::max(
             {largest, std::abs((exact.yy * error_x - exact.xy * error_y) / (determinant * film_.scale_x)),
@@ -215,7 +215,7 @@ absl::StatusOr<DistortionTable> table_of_model(const DistortionModel& model, con
     if (auto s = table.fill(); !s.ok()) return s;
     const absl::StatusOr<double> error = table.largest_error();
     if (!error.ok()) return error.status();
-    // What is left may be rounding, which smaller cells do not mend.
+    // The rest may be rounding, which smaller cells do not mend.
     if (*error <= kEnoughPixels || *error > error_before / 2 || cells >= kMost) return table.take();
     error_before = *error;
   }

@@ -182,7 +182,7 @@ std::int32_t cell_of(const LensTable& table, double x, double y) {
          index(x - table.first_x, table.cells_per_mm_x, table.cells_x);
 }
 
-/// What the picture of the stop lets through of the light that reaches the middle of the film, 1 without one.
+/// Part of the light towards the middle of the film that passes the picture of the stop; 1 without one.
 double open_part(const optics::LensSystem& lens, const AperturePicture& picture) {
   if (!picture.any()) return 1;
   const double radius = lens.use().stop_diameter / 2;

@@ -22,7 +22,7 @@ struct FocusedLens {
 /// InvalidArgument with all that is wrong with the lens.
 absl::StatusOr<FocusedLens> focus_lens(const v1::LensCamera& camera);
 
-/// What a camera's lens is built with, besides its message.
+/// Things that a camera's lens is built with, besides its message.
 struct LensSurroundings {
   const BlobSource* blobs = nullptr;  // has its image files; null: there are none
   bool focused_later = false;         // Camera.focus_point says what is sharp

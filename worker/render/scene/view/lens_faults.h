@@ -1,4 +1,4 @@
-// What is wrong with the lens of a camera.
+// Faults of the lens of a camera.
 #pragma once
 
 #include <string>

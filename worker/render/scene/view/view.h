@@ -29,7 +29,7 @@ std::optional<SensorRecord> check_camera(const v1::Camera& camera, const std::st
                                          const RenderSpace& space, const BlobSource& blobs,
                                          FaultList& faults);
 
-/// What radiance is multiplied by on the film of such a camera, by the film and the job's words; 1, and
+/// Factor of radiance on the film of such a camera, by the film and the job's words; 1, and
 /// `faults` has why, where that is not possible.
 float check_exposure(const v1::Scene& scene, const v1::Camera& camera, const std::string& place,
                      const v1::JobSpec& job, FaultList& faults);

@@ -9,7 +9,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What is left of a ray's light: of red, green and blue, or of one wavelength in all three.
+/// The part of a ray's light that is left: of red, green and blue, or of one wavelength in all three.
 struct LensLight {
   Vec3 part{Float(1.0f), Float(1.0f), Float(1.0f)};
 };
@@ -149,12 +149,12 @@ inline LensOpening sample_opening(const LensTable& lens, const LensSurfaceRecord
   return {{at.x, at.y, sag + surface.z}, normal_on(lens, surface, at)};
 }
 
-/// What a point of sample_opening() stands for, as an area across the ray: mm^2.
+/// The area across the ray that a point of sample_opening() stands for: mm^2.
 inline Float opening_across(const LensSurfaceRecord& surface, Vec3 normal, Vec3 direction) {
   return abs(dot(normal, direction)) / normal.z * (kPi * surface.aperture_squared);
 }
 
-/// What one number of a ray from the film stands for, before the lens is looked at: mm^2 sr for each mm^2 of
+/// The etendue that a ray from the film stands for, before the lens is looked at: mm^2 sr for each mm^2 of
 /// the film. `at`: where it meets the surface next to the film.
 inline Float film_etendue(const LensTable& lens, Vec3 film, Vec3 at) {
   const LensSurfaceRecord& surface = lens.surfaces.front();

@@ -120,7 +120,7 @@ inline WavelengthPlace place_of(const LensTable& lens, Float nm) {
   const Int first = min(to_int(place), lens.wavelengths - 2);
   return {first, place - to_float(first)};
 }
-/// What `table` has for a surface: for each of them all of the lens's wavelengths.
+/// The value of `table` for a surface; it has all of the lens's wavelengths for each of them.
 inline Float at_wavelength(const std::vector<float>& table, const LensTable& lens, std::size_t surface,
                            const WavelengthPlace& place) {
   const float* const values = table.data() + surface * static_cast<std::size_t>(lens.wavelengths);
@@ -138,14 +138,14 @@ inline void refract(Vec3 normal, Float ratio, LensRay& ray) {
   ray.direction = normalize(ray.direction * ratio + normal * (sqrt(max(squared, 0.0f)) - ratio * cosine));
 }
 
-/// What the picture of the aperture lets through at a place of it, in radii.
+/// Transmission of the aperture's picture at a place of it, in radii.
 inline Float transmission_at(const AperturePicture& picture, Vec2 place) {
   const Mask within = (abs(place.x) <= 1.0f) & (abs(place.y) <= 1.0f);
   const Vec2 uv{fma(place.x, Float(0.5f), Float(0.5f)), fma(place.y, Float(0.5f), Float(0.5f))};
   return select_or_zero(within, piecewise2d_density(picture.density, uv, within) * picture.transmission);
 }
 
-/// What the stop lets through where the ray has met it.
+/// Transmission of the stop where the ray has met it.
 inline Float stop_transmission(const LensTable& lens, const LensSurfaceRecord& stop, const LensRay& ray) {
   const float per_radius = 1 / std::sqrt(stop.aperture_squared);
   return transmission_at(lens.picture, {ray.origin.x * per_radius, ray.origin.y * per_radius});

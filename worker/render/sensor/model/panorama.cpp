@@ -117,7 +117,7 @@ class PanoramaSensor final : public SensorModel {
       met.valid = (met.t > 0.0f) & (abs(error) <= 1e-4f * squared);
     }
     met.sine = clamp(height / max(met.t, 1e-30f), -1.0f, 1.0f);
-    // By the distance from the axis, which keeps its digits towards the poles.
+    // The distance from the axis keeps its digits towards the poles.
     const Float beside = met.eye.radius * (1.0f - met.t * k);
     const Float ahead = sqr(across) - sqr(beside);
     met.cosine = safe_sqrt(ahead) / max(met.t, 1e-30f);

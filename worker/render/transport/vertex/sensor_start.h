@@ -7,7 +7,7 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// What a path carries that begins with this ray.
+/// The throughput of a path that begins with this ray.
 TESSERA_INLINE Spectrum carried_by(const SensorRay& ray) {
   Spectrum beta(ray.weight);
   if constexpr (!kSpectral) {
