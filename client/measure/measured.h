@@ -1,0 +1,57 @@
+// What was measured: figures with units and standard errors, by meter and place.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "Imath/ImathVec.h"
+
+namespace tessera::client {
+
+/// A number with its standard error, both in the unit of the meter.
+struct Figure {
+  double value = 0;
+  double standard_error = 0;
+  std::uint64_t samples = 0;
+  double degrees_of_freedom = 0;  // of the standard error; 0: the value is exact
+};
+
+/// A figure at a place.
+struct Reading {
+  std::string label;      // tells the figures of one meter apart: "x", "C 0 gamma 45", "2 3" (column, row)
+  Imath::V3d position{};  // world space; NaN where there is none
+  Imath::V3d normal{};    // unit length; 0 where there is none
+  Figure figure;
+};
+
+/// A part of a plane whose cells have a reading each, in rows from `corner` along edge_u.
+struct MeasuredPlane {
+  Imath::V3d corner, edge_u, edge_v;  // world space
+  std::uint32_t columns = 1, rows = 1;
+  std::size_t first_reading = 0;  // in the meter's readings
+};
+
+struct MeasuredMeter {
+  std::string name;
+  std::string quantity;   // "illuminance"
+  std::string unit;       // "lx"
+  std::string algorithm;  // the integrator; empty: a closed form
+  std::vector<Reading> readings;
+  std::vector<MeasuredPlane> planes;
+  std::vector<std::string> warnings;
+};
+
+/// A whole run of `tessera measure`.
+struct Measured {
+  std::string scene, meters_file;
+  double metres_per_unit = 0;  // of the scene; 0: not said
+  double wanted_error = 0;     // relative, of 95 % intervals; 0: none was asked for
+  double worst_error = 0;      // that was reached
+  std::string worst_meter;
+  double cpu_seconds = 0;
+  std::uint64_t seed = 0;
+  std::vector<MeasuredMeter> meters;
+};
+
+}  // namespace tessera::client
