@@ -1,11 +1,12 @@
 // What was measured: figures with units and standard errors, by meter and place.
 #pragma once
 
+#include <ImathVec.h>
+
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
-
-#include "Imath/ImathVec.h"
 
 namespace tessera::client {
 
