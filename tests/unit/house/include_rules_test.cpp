@@ -25,6 +25,7 @@ const std::map<std::string, Rooms>& rules() {
       {"lib/tables", {"tables"}},
       {"lib/spectra", {"spectra", "base"}},
       {"lib/optics", {"optics", "base", "spectra"}},
+      {"lib/photometry", {"photometry", "base", "spectra"}},
       {"lib/base", {"base"}},
       {"lib/images", {"images", "base"}},
       {"lib/layers", {"layers"}},
@@ -45,7 +46,8 @@ const std::map<std::string, Rooms>& rules() {
       {"client/farm", {"farm", "import", "base", "net", "wire", "tessera/v1"}},
       {"client/image", {"image", "base", "spectra", "wire"}},
       {"client/import",
-       {"import", "base", "expression", "images", "optics", "spectra", "tables", "wire", "tessera/v1"}},
+       {"import", "base", "expression", "images", "optics", "photometry", "spectra", "tables", "wire",
+        "tessera/v1"}},
       {"client/display", {"display", "base", "image", "wire"}},
       {"client/mesh", {"mesh"}},
       {"client/plot", {"plot", "image"}},
@@ -93,7 +95,7 @@ const std::map<std::string, Rooms>& rules() {
                                "render/core",     "render/film",   "render/light",  "render/medium",
                                "render/query",    "render/sensor", "render/shape",  "base",
                                "expression",      "layers",        "images",        "optics",
-                               "spectra",         "wire",          "tessera/v1"}},
+                               "photometry",      "spectra",       "wire",          "tessera/v1"}},
   };
   return rules;
 }

@@ -63,6 +63,7 @@ class FaultFinder {
         textures_(space_, images_, texture_table_, settings.texture_filter) {}
 
   void run() {
+    faults_.add(scene_, "", SceneScale::of(scene_.units()).status());
     textures_.build(scene_.textures(), faults_);
     look_at_media();
     materials_.build(scene_.materials(), faults_);

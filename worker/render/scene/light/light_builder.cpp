@@ -122,25 +122,27 @@ absl::Status LightBuilder::add_lights(const Lights& lights) {
 
 void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
   for (int i = 0; i < lights.size() && !faults.full(); ++i) {
-    const std::string place = place_in_scene("light", i, lights[i].name());
-    if (faults.add(lights[i], place, add_light(lights[i]))) warn_of_color(place);
+    place_ = place_in_scene("light", i, lights[i].name());
+    if (faults.add(lights[i], place_, add_light(lights[i]))) warn_of_color(place_);
   }
 }
 
 absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
-  if (light.has_infinite()) return add_infinite(light.infinite(), scale);
+  if (light.has_infinite()) return add_infinite(light, scale);
   LightRecord record;
   Motion motion(Transform{});
-  if (auto s = set_kind(light, scale, record, motion); !s.ok()) return s;
+  const std::size_t first = table_.lights.size();
+  const bool has_amount = light.has_amount() || light.goniometric().has_photometric_file();
+  if (auto s = set_kind(light, has_amount ? 1 : scale, record, motion); !s.ok()) return s;
   if (motion.moves()) {
     if (auto s = add_moving_light(motion, record); !s.ok()) return s;
   } else {
     table_.lights.push_back(record);
   }
   note_curve();
-  return absl::OkStatus();
+  return set_amount(light, record, first);
 }
 
 absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record,
@@ -174,6 +176,19 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
       break;
   }
   return absl::InvalidArgumentError("its kind is missing or unknown");
+}
+
+absl::Status LightBuilder::set_goniometric(const v1::GoniometricLight& light, float scale,
+                                           LightRecord& record, Motion& motion) {
+  record.kind = LightKind::kGoniometric;
+  v1::Spectrum color = light.intensity();
+  // Lamps of files are white where nothing is said.
+  if (light.has_photometric_file() && color.kind_case() == v1::Spectrum::KIND_NOT_SET && !color.has_in_rgb())
+    color.set_constant(1);
+  if (auto s = set_color(color, scale, "colour", record); !s.ok()) return s;
+  if (auto s = place(light, record, motion); !s.ok()) return s;
+  return light.has_photometric_file() ? set_photometric_file(light, record)
+                                      : set_texture(light.texture(), record);
 }
 
 absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& record) {
@@ -214,9 +229,9 @@ absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection,
 
 absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters, ShapeTable& shapes) {
   for (const Emitter& emitter : emitters) {
-    if (auto s = add_area_light(emitter, shapes); !s.ok())
-      return located(s, absl::StrCat(emitter.where, ": area light"));
-    warn_of_color(absl::StrCat(emitter.where, ": area light"));
+    place_ = absl::StrCat(emitter.where, ": area light");
+    if (auto s = add_area_light(emitter, shapes); !s.ok()) return located(s, place_);
+    warn_of_color(place_);
   }
   return absl::OkStatus();
 }
@@ -225,7 +240,11 @@ absl::StatusOr<LightRecord> LightBuilder::read_area_light(const v1::AreaLight& l
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   LightRecord record;
-  if (auto s = set_color(light.radiance(), scale, "radiance", record); !s.ok()) return s;
+  if (auto s = set_color(light.radiance(), light.has_amount() ? 1 : scale, "radiance", record); !s.ok())
+    return s;
+  if (light.has_amount()) {
+    if (auto s = read_amount(light.amount(), light).status(); !s.ok()) return s;
+  }
   if (auto s = set_texture(light.texture(), record); !s.ok()) return s;
   const float pick = light.interpolated_normal_pick();
   if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("a probability is not within 0 and 1");
@@ -240,14 +259,16 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& sh
   const v1::AreaLight& light = *emitter.light;
   const auto record = read_area_light(light);
   if (!record.ok()) return record.status();
-  if (const InstanceRecord* const place = place_of_moving_shape(emitter.shape, shapes)) {
+  const std::size_t first = table_.lights.size();
+  const InstanceRecord* const place = place_of_moving_shape(emitter.shape, shapes);
+  if (place != nullptr) {
     add_moving_area_light(emitter, *record, *place, shapes);
   } else {
     append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
                        light.interpolated_normal_pick());
   }
   note_curve();
-  return absl::OkStatus();
+  return set_amount(light, place != nullptr, first);
 }
 
 namespace {
