@@ -167,11 +167,9 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
       if (auto s = set_color(light.projection().intensity(), scale, "colour", record); !s.ok()) return s;
       return set_projection(light.projection(), record, motion);
     case v1::Light::kGoniometric:
-      record.kind = LightKind::kGoniometric;
-      if (auto s = set_color(light.goniometric().intensity(), scale, "colour", record); !s.ok()) return s;
-      if (auto s = place(light.goniometric(), record, motion); !s.ok()) return s;
-      return set_texture(light.goniometric().texture(), record);
+      return set_goniometric(light.goniometric(), scale, record, motion);
     case v1::Light::kInfinite:
+    case v1::Light::kSky:
     case v1::Light::KIND_NOT_SET:
       break;
   }
