@@ -80,7 +80,7 @@ class NamedTextures final : public TextureNodes {
     add("a normal map", {});
     return static_cast<int>(table_.nodes.size()) - 1;
   }
-  int image_node(TextureImage image) override {
+  int image_node(TextureImage image, std::int32_t) override {
     TextureNode node;
     node.kind = TextureKind::kImage;
     node.image = std::make_shared<const TextureImage>(std::move(image));

@@ -49,7 +49,8 @@ absl::StatusOr<const LightBuilder::FileLight*> LightBuilder::file_light(const v1
   FileLight light{*std::move(luminaire)};
   light.mean_candelas = photometry::flux(light.luminaire) / (4 * std::numbers::pi);
   if (!inputs_.headers_alone && light.mean_candelas > 0)
-    light.texture = inputs_.textures.image_node(build_photometric_map(light.luminaire).image);
+    light.texture =
+        inputs_.textures.image_node(build_photometric_map(light.luminaire).image, kPhotometricBorder);
   return &file_lights_.emplace(file.digest(), std::move(light)).first->second;
 }
 

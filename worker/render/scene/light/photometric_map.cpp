@@ -53,31 +53,62 @@ V3d luminaire_from_map(const V3d& w) {
           m[2] * w.x + m[5] * w.y + m[8] * w.z};
 }
 
-/// One channel of a square image, rows from the top.
+/// The place of the map that is next to its edge beyond it: edges touch themselves, folded about their
+/// middles.
+V2d folded(V2d uv) {
+  if (uv.x < 0 || uv.x > 1) uv = {uv.x < 0 ? -uv.x : 2 - uv.x, 1 - uv.y};
+  if (uv.y < 0 || uv.y > 1) uv = {1 - uv.x, uv.y < 0 ? -uv.y : 2 - uv.y};
+  return uv;
+}
+
+/// What is looked up between the texels of a square image of one channel, `size` across without its border of
+/// one; `value` is that of a texel's number.
+template <class Value>
+double look_up(std::int32_t size, const Value& value, V2d uv) {
+  const auto at = [&](std::int32_t x, std::int32_t y) {
+    const auto inside = [size](std::int32_t i) {
+      return static_cast<std::size_t>(std::clamp(i, 0, size + 1));
+    };
+    return double{value(inside(y) * static_cast<std::size_t>(size + 2) + inside(x))};
+  };
+  const double x = uv.x * size + kPhotometricBorder - 0.5, y = uv.y * size + kPhotometricBorder - 0.5;
+  const double left = std::floor(x), top = std::floor(y), s = x - left, t = y - top;
+  const auto i = static_cast<std::int32_t>(left), k = static_cast<std::int32_t>(top);
+  return (1 - t) * ((1 - s) * at(i, k) + s * at(i + 1, k)) +
+         t * ((1 - s) * at(i, k + 1) + s * at(i + 1, k + 1));
+}
+
+/// Rows from the top, with a border.
 struct Texels {
-  std::int32_t size = 0;
+  std::int32_t size = 0;  // without the border
   std::vector<float> values;
 
-  double at(std::int32_t x, std::int32_t y) const {
-    const auto inside = [&](std::int32_t i) { return static_cast<std::size_t>(std::clamp(i, 0, size - 1)); };
-    return values[inside(y) * static_cast<std::size_t>(size) + inside(x)];
-  }
-  /// As textures that clamp look it up between texels.
   double between(V2d uv) const {
-    const double x = uv.x * size - 0.5, y = uv.y * size - 0.5;
-    const double left = std::floor(x), top = std::floor(y), s = x - left, t = y - top;
-    const auto i = static_cast<std::int32_t>(left), k = static_cast<std::int32_t>(top);
-    return (1 - t) * ((1 - s) * at(i, k) + s * at(i + 1, k)) +
-           t * ((1 - s) * at(i, k + 1) + s * at(i + 1, k + 1));
+    return look_up(
+        size, [this](std::size_t texel) { return values[texel]; }, uv);
+  }
+
+  /// The integral of between() over the map. A texel's tent is cut off at the edge: what is left of those
+  /// beside it, within and beyond, is 7/8 and 1/8 along each axis.
+  double mean() const {
+    const auto weight = [this](std::int32_t i) {
+      return i == 0 || i == size + 1 ? 0.125 : i == 1 || i == size ? 0.875 : 1;
+    };
+    double sum = 0;
+    std::size_t texel = 0;
+    for (std::int32_t y = 0; y < size + 2; ++y) {
+      for (std::int32_t x = 0; x < size + 2; ++x) sum += weight(x) * weight(y) * values[texel++];
+    }
+    return sum / (static_cast<double>(size) * size);
   }
 };
 
 Texels sample_intensities(const Luminaire& luminaire, std::int32_t size) {
   Texels texels{size, {}};
-  texels.values.reserve(static_cast<std::size_t>(size) * static_cast<std::size_t>(size));
-  for (std::int32_t y = 0; y < size; ++y) {
-    for (std::int32_t x = 0; x < size; ++x) {
-      const V3d w = luminaire_from_map(direction_from_map({(x + 0.5) / size, (y + 0.5) / size}));
+  texels.values.reserve(static_cast<std::size_t>(size + 2) * static_cast<std::size_t>(size + 2));
+  for (std::int32_t y = -1; y <= size; ++y) {
+    for (std::int32_t x = -1; x <= size; ++x) {
+      const V3d w = luminaire_from_map(direction_from_map(folded({(x + 0.5) / size, (y + 0.5) / size})));
       texels.values.push_back(static_cast<float>(photometry::intensity(luminaire, w.x, w.y, w.z)));
     }
   }
@@ -126,20 +157,19 @@ double worst_error(const Luminaire& luminaire, const Texels& texels, double scal
 }  // namespace
 
 PhotometricMap build_photometric_map(const Luminaire& luminaire) {
-  constexpr std::int32_t kSmallest = 256, kLargest = 2048;
+  // Odd: iso-lines of gamma have corners on the map's axes, where texels then lie.
+  constexpr std::int32_t kSmallest = 255, kLargest = 2047;
   constexpr double kTolerance = 0.003;
   PhotometricMap map;
   map.mean_candelas = photometry::flux(luminaire) / (4 * std::numbers::pi);
   Texels texels;
   double mean = 0;
-  for (std::int32_t size = kSmallest; size <= kLargest; size *= 2) {
+  for (std::int32_t size = kSmallest; size <= kLargest; size = 2 * size + 1) {
     texels = sample_intensities(luminaire, size);
-    mean = 0;
-    for (const float value : texels.values) mean += value;
-    mean /= static_cast<double>(texels.values.size());
+    mean = texels.mean();
     if (!(mean > 0) || worst_error(luminaire, texels, map.mean_candelas / mean) <= kTolerance) break;
   }
-  map.image.width = map.image.height = texels.size;
+  map.image.width = map.image.height = texels.size + 2 * kPhotometricBorder;
   map.image.format = TexelFormat::kFloat;
   map.image.texels32.reserve(4 * texels.values.size());
   for (const float value : texels.values) {
@@ -151,10 +181,9 @@ PhotometricMap build_photometric_map(const Luminaire& luminaire) {
 }
 
 double candelas_of_map(const PhotometricMap& map, double x, double y, double z) {
-  Texels texels{map.image.width, {}};
-  for (std::size_t i = 0; i < map.image.texels32.size(); i += 4)
-    texels.values.push_back(map.image.texels32[i]);
-  return map.mean_candelas * texels.between(map_from_direction(map_from_luminaire({x, y, z})));
+  const auto texel = [&](std::size_t number) { return map.image.texels32[4 * number]; };
+  return map.mean_candelas * look_up(map.image.width - 2 * kPhotometricBorder, texel,
+                                     map_from_direction(map_from_luminaire({x, y, z})));
 }
 
 }  // namespace tessera::render

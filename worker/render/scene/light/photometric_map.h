@@ -1,25 +1,29 @@
 // The light of a photometric file as an image of all directions.
 #pragma once
 
+#include <cstdint>
+
 #include "photometry/lamps/luminaire.h"
 #include "render/color/texture_table.h"
 
 namespace tessera::render {
 
+/// Texels about the map with what is next to its edges on the sphere, so that nothing tears there.
+inline constexpr std::int32_t kPhotometricBorder = 1;
+
 /// An equal-area octahedral map (sampling/sphere_map.h) of the intensities of a luminaire over their mean:
-/// the mean of its texels, and with it that of what is looked up between them, is 1.
+/// the mean of what is looked up between its texels is 1.
 struct PhotometricMap {
   TextureImage image;
   double mean_candelas = 0;
 };
 
 /// Rows of the rotation of directions from the luminaire's space to that of its map: gamma 0 is in the middle
-/// of the map. Its seams, where texels that touch each other on the sphere lie apart, are above the
-/// horizontal and in no plane that files have.
+/// of the map, and its axes and seams are in no plane that files have.
 extern const double kMapFromLuminaire[9];
 
 /// A map that is fine enough that what is looked up is within 0.3 % of the intensities of the file in the
-/// middle between its directions, up to 2048 x 2048 texels. Needs a sound table (photometry::fault_of()).
+/// middle between its directions, up to 2049 x 2049 texels. Needs a sound table (photometry::fault_of()).
 PhotometricMap build_photometric_map(const photometry::Luminaire& luminaire);
 
 /// What a renderer looks up in the map, cd, in a direction of unit length of the luminaire's space.

@@ -107,9 +107,13 @@ absl::StatusOr<int> TextureBuilder::normal_map(const v1::ImageTexture& image) {
   return index;
 }
 
-int TextureBuilder::image_node(TextureImage image) {
+int TextureBuilder::image_node(TextureImage image, std::int32_t border) {
   TextureNode node;
   node.kind = TextureKind::kImage;
+  const auto width = static_cast<float>(image.width), height = static_cast<float>(image.height);
+  const auto edge = static_cast<float>(border);
+  node.scale_u = (width - 2 * edge) / width, node.offset_u = edge / width;
+  node.scale_v = (height - 2 * edge) / height, node.offset_v = edge / height;
   node.image = std::make_shared<const TextureImage>(std::move(image));
   node.wrap = {WrapMode::kClamp, WrapMode::kClamp};
   return add(std::move(node));
