@@ -10,6 +10,7 @@
 #include "render/sensor/hole_table.h"
 #include "render/sensor/lens_table.h"
 #include "render/sensor/panorama_table.h"
+#include "render/sensor/probe_table.h"
 #include "render/sensor/shutter_table.h"
 
 namespace tessera {
@@ -75,10 +76,12 @@ TESSERA_MEMBERS(LensTable, aperture, tilt, barrel_length, barrel_radius, picture
 TESSERA_MEMBERS(HoleTable, radius, spread, inward, weight, light, reach, wavelengths, first_nm,
                 wavelengths_per_nm)
 TESSERA_MEMBERS(DistortionTable, smooth, grid, nodes, start_grid, starts, near)
+TESSERA_MEMBERS(ProbeTable, probes, probe_of_pixel, column_of_pixel, row_of_pixel, pixels, triangles,
+                area_before_triangle)
 TESSERA_MEMBERS(ShutterTable, knots, rows, from_last, across, duration)
 TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, shutter, scale_x, scale_y, offset_x, offset_y,
-                circle_angle, lens_radius, focal_distance, lens, hole, distortion, panorama, has_barrel,
-                disperses, near_clip, far_clip, width, height, medium, response)
+                circle_angle, lens_radius, focal_distance, lens, hole, distortion, panorama, probes,
+                has_barrel, disperses, near_clip, far_clip, width, height, medium, response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)
 TESSERA_MEMBERS(PixelFilterRecord, kind, x, y)
 TESSERA_MEMBERS(LayerAutomaton, states, events, ends, begin, next, layers, shadows)
