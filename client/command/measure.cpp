@@ -147,30 +147,31 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
     };
   const ErrorProgress progress(options.scene.quiet, sampling.error);
   sampling.progress = [&](double worst, std::uint64_t samples) { progress.show(worst, samples); };
-  bool stopped = false;
-  const auto measured = measure(
-      *plan, *scene, file, algorithm, sampling, [&](const ProbeJob& job) { return jobs.render(job); },
-      stopped);
+  const MeasureRenderers renderers{[&](const ProbeJob& job) { return jobs.render(job); },
+                                   [&](const PictureJob& job) { return jobs.render(job); },
+                                   [&](const ProbeJob& job, const v1::Light& light, std::string sky) {
+                                     return jobs.render(job, light, std::move(sky));
+                                   }};
+  const auto run = measure(*plan, *scene, file, algorithm, sampling, renderers);
   if (!options.scene.quiet) {
     for (const std::string& warning : jobs.warnings()) std::cerr << "warning: " << warning << '\n';
   }
-  if (!measured.ok()) {
-    if (absl::IsInvalidArgument(measured.status()))
-      return report(kBadScene, std::string{measured.status().message()});
-    return farm != nullptr ? report_farm_error(measured.status(), options.server)
-                           : report_farm_error(measured.status());
+  if (!run.ok()) {
+    if (absl::IsInvalidArgument(run.status())) return report(kBadScene, std::string{run.status().message()});
+    return farm != nullptr ? report_farm_error(run.status(), options.server)
+                           : report_farm_error(run.status());
   }
   if (!options.scene.quiet) {
-    for (const MeasuredMeter& meter : measured->meters) {
+    for (const MeasuredMeter& meter : run->measured.meters) {
       for (const std::string& warning : meter.warnings)
         std::cerr << "warning: " << meter.name << ": " << warning << '\n';
     }
   }
-  const int written = write_figures(options, file.list, *measured);
-  if (written != kDone || !stopped) return written;
-  return report(kIncomplete,
-                absl::StrFormat("the time is up: %s is within %.3g %%, not %.3g %%", measured->worst_meter,
-                                100 * measured->worst_error, 100 * measured->wanted_error));
+  const int written = write_figures(options, file.list, run->measured);
+  if (written != kDone || !run->stopped) return written;
+  return report(kIncomplete, absl::StrFormat("the time is up: %s is within %.3g %%, not %.3g %%",
+                                             run->measured.worst_meter, 100 * run->measured.worst_error,
+                                             100 * run->measured.wanted_error));
 }
 
 int run(const MeasureOptions& options, Interrupt& interrupt) {

@@ -26,7 +26,8 @@ class Planner {
   Planner(const MeterFile& file, const MeasuredScene& scene)
       : list_(file.list), scene_(scene), up_(list_.up() == v1::MeterList::Y ? V3d(0, 1, 0) : V3d(0, 0, 1)) {}
 
-  absl::Status add(const v1::Meter& meter);
+  /// Adds the meter of this number in the file.
+  absl::Status add(int number);
   MeasurePlan take() { return std::move(plan_); }
   std::size_t cells() const { return plan_.cells; }
 
@@ -39,6 +40,7 @@ class Planner {
   absl::Status add_flux(const v1::FluxMeter& meter);
   absl::Status add_daylight_factor(const v1::DaylightFactorMeter& meter);
   absl::Status add_energy_balance();
+  absl::Status set_apart();
 
   /// Names what the meter measures in the unit that it asks for, and keeps the factor from radiance.
   absl::Status begin(const v1::Meter& meter, LightQuantity quantity);
@@ -61,6 +63,7 @@ class Planner {
   const MeasuredScene& scene_;
   const V3d up_;
   MeasurePlan plan_;
+  int number_ = 0;  // of the meter that is added
   // From what cells read to the meter's unit.
   double factor_ = 1;
   ReadingChannel channel_ = ReadingChannel::kLuminance;
@@ -132,8 +135,8 @@ double Planner::square_metres() {
 }
 
 absl::Status Planner::add_radiance(const v1::RadianceMeter& meter) {
-  if (!meter.has_ray())
-    return fault("a radiance meter reads along a ray; areas of pictures are not read yet");
+  if (meter.has_area()) return set_apart();
+  if (!meter.has_ray()) return fault("it has neither a ray nor an area of the picture");
   const V3d from = vector_of(meter.ray().from()), way = vector_of(meter.ray().toward()) - from;
   if (!(way.length() > 0) || !std::isfinite(way.length())) return fault("its ray has no direction");
   ReceiverPlace place;
@@ -143,6 +146,12 @@ absl::Status Planner::add_radiance(const v1::RadianceMeter& meter) {
   *place.probe.mutable_axis() = point_of(place.normal);
   place.probe.set_field_degrees(meter.ray().field_degrees());
   add_cells(place, add_probe(place, v1::Probe::CONE), factor_);
+  return absl::OkStatus();
+}
+
+absl::Status Planner::set_apart() {
+  PlannedMeter& meter = plan_.meters.back();
+  meter.apart = number_, meter.factor = factor_;
   return absl::OkStatus();
 }
 
@@ -364,7 +373,9 @@ absl::Status Planner::add_daylight_factor(const v1::DaylightFactorMeter& meter) 
   });
 }
 
-absl::Status Planner::add(const v1::Meter& meter) {
+absl::Status Planner::add(int number) {
+  number_ = number;
+  const v1::Meter& meter = list_.meters(number);
   const auto begun = [&](LightQuantity quantity, auto&& added) -> absl::Status {
     if (absl::Status s = begin(meter, quantity); !s.ok()) return s;
     return added();
@@ -388,9 +399,9 @@ absl::Status Planner::add(const v1::Meter& meter) {
       return begun(LightQuantity::kDaylightFactor,
                    [&] { return add_daylight_factor(meter.daylight_factor()); });
     case v1::Meter::kAnnualDaylight:
-      return fault("annual daylight is not measured yet");
+      return begun(LightQuantity::kIrradiance, [&] { return set_apart(); });
     case v1::Meter::kGlare:
-      return fault("glare is not measured yet");
+      return begun(LightQuantity::kRadiance, [&] { return set_apart(); });
     case v1::Meter::KIND_NOT_SET:
       break;
   }
@@ -401,7 +412,11 @@ absl::Status Planner::add(const v1::Meter& meter) {
 
 absl::StatusOr<MeasuredScene> measured_scene(const ImportedScene& imported, const MeterFile& file,
                                              bool is_spectral, std::function<absl::StatusOr<Ball>()> ball) {
-  MeasuredScene scene{.imported = imported, .is_spectral = is_spectral, .ball = std::move(ball)};
+  MeasuredScene scene{imported};
+  scene.is_spectral = is_spectral;
+  scene.ball = std::move(ball);
+  *scene.picture.mutable_camera() = imported.scene.camera();
+  *scene.picture.mutable_film() = imported.scene.film();
   const v1::SceneUnits& units = imported.scene.units();
   scene.metres = units.metres();
   if (units.cd_per_m2() > 0) scene.cd_per_m2 = units.cd_per_m2();
@@ -421,7 +436,7 @@ absl::StatusOr<MeasurePlan> plan_of(const MeterFile& file, const MeasuredScene& 
   Planner planner(file, scene);
   std::vector<std::pair<std::size_t, std::string>> faults;
   for (int i = 0; i < file.list.meters_size(); ++i) {
-    const absl::Status added = planner.add(file.list.meters(i));
+    const absl::Status added = planner.add(i);
     if (absl::IsResourceExhausted(added)) return added;
     if (!added.ok()) faults.emplace_back(static_cast<std::size_t>(i), std::string(added.message()));
     if (planner.cells() > kMostCells)

@@ -50,6 +50,10 @@ struct PlannedMeter {
   std::vector<PlannedReading> readings;
   std::vector<MeasuredPlane> planes;
   std::vector<std::string> warnings;
+  // Number of the meter in its file, of those that are read of pictures or of many skies, and have no
+  // readings here.
+  std::optional<int> apart;
+  double factor = 1;  // of those: from a radiance whose luminance is 1 to the meter's unit
 };
 
 struct MeasurePlan {
@@ -69,6 +73,7 @@ struct MeasuredScene {
   double metres = 0;                           // length of the scene's unit; 0: not said
   double cd_per_m2 = 683;                      // luminance of a radiance of 1
   bool is_spectral = false;                    // light is of wavelengths: there are all channels
+  v1::Scene picture;                           // the scene's own camera and film
   std::function<absl::StatusOr<Ball>()> ball;  // around all that the scene holds
 };
 

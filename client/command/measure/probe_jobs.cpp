@@ -18,6 +18,7 @@
 #include "local/local_farm.h"
 #include "local/scene_check.h"
 #include "photometry/units/weighting.h"
+#include "wire/digest.h"
 
 namespace tessera::client {
 
@@ -31,11 +32,11 @@ constexpr int kFromNm = 360, kToNm = 830;
 /// Roulette ends paths long before.
 constexpr std::uint32_t kMaxDepth = 4096;
 
-void set_film(const ProbeJob& job, v1::Scene& scene) {
+void set_film(std::uint32_t width, std::uint32_t height, float filter_radius, v1::Scene& scene) {
   v1::Film film;
-  film.set_width(job.width), film.set_height(job.height);
+  film.set_width(width), film.set_height(height);
   film.mutable_filter()->set_kind(v1::PixelFilter::BOX);
-  film.mutable_filter()->set_radius_x(kFilterRadius), film.mutable_filter()->set_radius_y(kFilterRadius);
+  film.mutable_filter()->set_radius_x(filter_radius), film.mutable_filter()->set_radius_y(filter_radius);
   scene.mutable_film()->Swap(&film);
 }
 
@@ -103,10 +104,6 @@ absl::StatusOr<std::vector<ChannelValues>> pixels_of(const Image& image, bool is
 
 }  // namespace
 
-struct ProbeJobs::Built {
-  std::shared_ptr<const BuiltScene> scene;
-};
-
 ProbeJobs::ProbeJobs(ImportedScene& scene, ProbeJobOptions options)
     : scene_(scene), options_(std::move(options)) {
   v1::RenderSettings& own = *scene_.scene.mutable_settings();
@@ -121,72 +118,111 @@ void ProbeJobs::warn(const std::string& warning) {
 }
 
 absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job) {
-  set_film(job, scene_.scene);
+  set_film(job.width, job.height, kFilterRadius, scene_.scene);
   set_camera(job, scene_.scene);
-  JobSettings settings = options_.job;
-  settings.settings = settings_of(job, options_.job.settings);
-  const auto prepared = prepare_job(settings, scene_, options_.name);
+  const v1::RenderSettings settings = settings_of(job, options_.job.settings);
+  const auto image = run(settings);
+  if (!image.ok()) return image.status();
+  auto pixels = pixels_of(*image, settings.color() == v1::COLOR_SPECTRAL);
+  if (!pixels.ok()) return pixels.status();
+  return ProbePicture{.pixels = *std::move(pixels), .cpu_seconds = cpu_seconds_};
+}
+
+absl::StatusOr<std::vector<double>> ProbeJobs::render(const PictureJob& job) {
+  set_film(job.width, job.height, 0.5f, scene_.scene);
+  *scene_.scene.mutable_camera() = job.camera;
+  scene_.scene.clear_views();
+  ProbeJob sampled;
+  sampled.spp = job.spp, sampled.seed = job.seed;
+  v1::RenderSettings settings = settings_of(sampled, options_.job.settings);
+  settings.clear_film();
+  const auto image = run(settings);
+  if (!image.ok()) return image.status();
+  const RgbPlanes planes = rgb_planes(*image);
+  std::vector<double> luminances(image->pixel_count());
+  for (std::size_t i = 0; i < luminances.size(); ++i) luminances[i] = rgb_values(planes, i)[0];
+  return luminances;
+}
+
+absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job, const v1::Light& light, std::string sky) {
+  v1::Scene& scene = scene_.scene;
+  scene.clear_lights();
+  for (v1::Shape& shape : *scene.mutable_shapes()) shape.clear_area_light();
+  for (v1::Object& object : *scene.mutable_objects())
+    for (v1::Shape& shape : *object.mutable_shapes()) shape.clear_area_light();
+  if (std::exchange(has_patch_, true)) scene_.blobs.pop_back();
+  SceneBlob& map = scene_.blobs.emplace_back();
+  map.bytes = std::move(sky);
+  map.ref.set_digest(wire::sha256_hex(map.bytes));
+  map.ref.set_size_bytes(map.bytes.size());
+  map.ref.set_path("patch.pfm");
+  *scene.add_lights() = light;
+  *scene.mutable_lights(0)->mutable_infinite()->mutable_image() = map.ref;
+  built_.reset();
+  return render(job);
+}
+
+absl::Status ProbeJobs::check(const v1::JobSpec& spec) {
+  if (std::exchange(checked_, true)) return absl::OkStatus();
+  std::vector<SceneFault> faults = find_scene_faults(scene_, &spec);
+  for (SceneFault& fault : find_job_faults(scene_, spec)) faults.push_back(std::move(fault));
+  return faults.empty() ? absl::OkStatus() : status_of(faults, scene_);
+}
+
+absl::Status ProbeJobs::build(const PreparedJob& job) {
+  if (built_ != nullptr) return absl::OkStatus();
+  auto built = std::make_shared<BuiltScene>();
+  built->contents = make_shared_contents();
+  auto loaded = BenchScene::load(job.spec, job.blobs, options_.threads, built->contents.get(), options_.stop);
+  if (!loaded.ok()) return loaded.status();
+  for (const std::string& warning : (*loaded)->warnings()) warn(warning);
+  built->scene = *std::move(loaded);
+  built_ = std::move(built);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Image> ProbeJobs::run(const v1::RenderSettings& settings) {
+  JobSettings asked = options_.job;
+  asked.settings = settings;
+  const auto prepared = prepare_job(asked, scene_, options_.name);
   if (!prepared.ok()) return absl::InvalidArgumentError(prepared.status().message());
-  v1::JobSpec& spec = (*prepared)->spec;
   for (const std::string& warning : (*prepared)->warnings) warn(warning);
-  if (!checked_) {
-    std::vector<SceneFault> faults = find_scene_faults(scene_, &spec);
-    for (SceneFault& fault : find_job_faults(scene_, spec)) faults.push_back(std::move(fault));
-    if (!faults.empty()) return status_of(faults, scene_);
-    checked_ = true;
-  }
+  if (absl::Status s = check((*prepared)->spec); !s.ok()) return s;
   if (options_.farm != nullptr) {
     const auto uploaded = options_.farm->upload((*prepared)->blobs, options_.stop, {});
     if (!uploaded.ok()) return uploaded.status();
     return run(**prepared);
   }
-  set_local_isa(spec);
-  if (built_ == nullptr) {
-    built_ = std::make_unique<Built>();
-    auto scene = std::make_shared<BuiltScene>();
-    scene->contents = make_shared_contents();
-    auto loaded =
-        BenchScene::load(spec, (*prepared)->blobs, options_.threads, scene->contents.get(), options_.stop);
-    if (!loaded.ok()) return loaded.status();
-    for (const std::string& warning : (*loaded)->warnings()) warn(warning);
-    scene->scene = *std::move(loaded);
-    built_->scene = std::move(scene);
-  }
+  set_local_isa((*prepared)->spec);
+  if (absl::Status s = build(**prepared); !s.ok()) return s;
   return run(**prepared);
 }
 
-absl::StatusOr<ProbePicture> ProbeJobs::run(const PreparedJob& job) {
+absl::StatusOr<Image> ProbeJobs::run(const PreparedJob& job) {
   std::unique_ptr<LocalFarm> local;
   JobCalls* calls = options_.farm;
   if (calls == nullptr) {
-    auto started = LocalFarm::start({.threads = options_.threads,
-                                     .isa = job.spec.farm().isa(),
-                                     .blobs = job.blobs,
-                                     .built = built_->scene});
+    auto started = LocalFarm::start(
+        {.threads = options_.threads, .isa = job.spec.farm().isa(), .blobs = job.blobs, .built = built_});
     if (!started.ok()) return started.status();
     local = *std::move(started);
     calls = &local->calls();
   }
   const auto id = calls->submit(job.spec, {}, options_.stop);
   if (!id.ok()) return id.status();
-  const auto followed = follow_job(*calls, *id, job.spec, {.quiet = true}, options_.stop);
+  auto followed = follow_job(*calls, *id, job.spec, {.quiet = true}, options_.stop);
   if (!followed.ok()) return followed.status();
-  for (const std::string& warning : followed->status.stats().warnings()) warn(warning);
+  const v1::UnitStats& stats = followed->status.stats();
+  for (const std::string& warning : stats.warnings()) warn(warning);
   if (followed->status.state() != v1::DONE || followed->images.empty()) {
     const std::string& why = followed->status.error();
     return absl::AbortedError(
         absl::StrCat("job ", *id, " was not finished", why.empty() ? "" : absl::StrCat(": ", why)));
   }
-  const bool is_spectral = job.spec.content().algorithms().color() == v1::COLOR_SPECTRAL;
-  auto pixels = pixels_of(followed->images.front().image, is_spectral);
-  if (!pixels.ok()) return pixels.status();
-  ProbePicture result{.pixels = *std::move(pixels)};
-  const auto& cpu = followed->status.stats().cpu_time();
-  result.cpu_seconds = static_cast<double>(cpu.seconds()) + 1e-9 * cpu.nanos();
-  if (followed->status.stats().dropped_samples() > 0)
-    warn(absl::StrCat(followed->status.stats().dropped_samples(),
-                      " samples were no numbers, and count as black"));
-  return result;
+  cpu_seconds_ = static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
+  if (stats.dropped_samples() > 0)
+    warn(absl::StrCat(stats.dropped_samples(), " samples were no numbers, and count as black"));
+  return std::move(followed->images.front().image);
 }
 
 namespace {

@@ -10,10 +10,14 @@
 #include "absl/status/statusor.h"
 #include "command/jobs/job_settings.h"
 #include "farm/farm_client.h"
+#include "image/image.h"
 #include "import/input/imported_scene.h"
+#include "measure/eye.h"
 #include "measure/sampling.h"
 
 namespace tessera::client {
+
+struct BuiltScene;
 
 struct ProbeJobOptions {
   JobSettings job;             // for all of them
@@ -33,21 +37,29 @@ class ProbeJobs {
   /// Errors are those of jobs: InvalidArgument where the scene or its settings are at fault, Cancelled when
   /// stopped, others of the farm.
   absl::StatusOr<ProbePicture> render(const ProbeJob& job);
+  /// The luminances of the pixels of a picture. Errors as of render().
+  absl::StatusOr<std::vector<double>> render(const PictureJob& job);
+  /// Takes all lights from the scene, also those of its shapes, for good; this one with the map `sky` takes
+  /// their place. Errors as of render().
+  absl::StatusOr<ProbePicture> render(const ProbeJob& job, const v1::Light& light, std::string sky);
 
   /// Warnings of the jobs so far, each once.
   const std::vector<std::string>& warnings() const { return warnings_; }
 
  private:
-  absl::StatusOr<ProbePicture> run(const PreparedJob& job);
+  /// Renders the scene as it is, with these settings.
+  absl::StatusOr<Image> run(const v1::RenderSettings& settings);
+  absl::StatusOr<Image> run(const PreparedJob& job);
+  absl::Status check(const v1::JobSpec& spec);
+  absl::Status build(const PreparedJob& job);
   void warn(const std::string& warning);
-
-  struct Built;
 
   ImportedScene& scene_;
   ProbeJobOptions options_;
-  std::unique_ptr<Built> built_;  // the scene as it was built for the first job of this process
+  std::shared_ptr<const BuiltScene> built_;  // the scene as it was built for the first job of this process
   std::vector<std::string> warnings_;
-  bool checked_ = false;
+  bool checked_ = false, has_patch_ = false;
+  double cpu_seconds_ = 0;  // of the latest job
 };
 
 /// The ball around the box around all shapes of the scene, and its lights at places.

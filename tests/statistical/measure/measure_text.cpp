@@ -42,10 +42,15 @@ absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request) {
   if (request.is_spectral) how.job.settings.set_color(v1::COLOR_SPECTRAL);
   client::ProbeJobs jobs(*imported, how);
   client::SamplingOptions sampling{.samples = request.samples, .error = request.error, .seed = request.seed};
-  bool stopped = false;
-  return client::measure(
-      *plan, *scene, *file, request.algorithm, sampling,
-      [&](const client::ProbeJob& job) { return jobs.render(job); }, stopped);
+  const auto run =
+      client::measure(*plan, *scene, *file, request.algorithm, sampling,
+                      {[&](const client::ProbeJob& job) { return jobs.render(job); },
+                       [&](const client::PictureJob& job) { return jobs.render(job); },
+                       [&](const client::ProbeJob& job, const v1::Light& light, std::string sky) {
+                         return jobs.render(job, light, std::move(sky));
+                       }});
+  if (!run.ok()) return run.status();
+  return run->measured;
 }
 
 std::string scene_with(const std::string& more, const std::string& medium) {
