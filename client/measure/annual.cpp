@@ -26,7 +26,7 @@ using photometry::HorizonDirection;
 using photometry::SkyPatches;
 
 /// Coefficients are sampled so often: their spread tells the error of metrics.
-constexpr std::size_t kRepetitions = 4;
+constexpr std::size_t kYears = 4;
 /// Degrees between the rows and columns of a patch's map. All borders of patches lie between two of them.
 constexpr int kMapColumns = 720, kMapRows = 180;
 
@@ -84,7 +84,7 @@ absl::StatusOr<photometry::Weather> read_weather(const std::string& path) {
 
 /// Points and patches of one light, and the numbers of repetitions.
 struct Coefficients {
-  std::array<std::vector<double>, kRepetitions> by_repetition;  // points x patches
+  std::array<std::vector<double>, kYears> by_repetition;  // points x patches
 };
 
 struct YearPoint {
@@ -108,7 +108,7 @@ absl::StatusOr<YearPlan> plan_of_year(const v1::AnnualDaylightMeter& meter, cons
     v1::Probe& probe = *plan.camera.add_probes();
     probe = place->probe;
     probe.set_kind(v1::Probe::PLANE);
-    probe.set_pixels(kRepetitions);
+    probe.set_pixels(kYears);
     if (place->plane) {
       plan.planes.push_back(*place->plane);
       plan.planes.back().first_reading = plan.points.size();
@@ -124,11 +124,10 @@ absl::Status fill(const YearPlan& plan, const SkyPatches& patches, std::size_t p
   ProbeJob job;
   job.camera = plan.camera;
   job.light = light;
-  const std::uint64_t pixels = plan.points.size() * kRepetitions;
+  const std::uint64_t pixels = plan.points.size() * kYears;
   job.width = static_cast<std::uint32_t>(std::min<std::uint64_t>(256, pixels));
   job.height = static_cast<std::uint32_t>((pixels + job.width - 1) / job.width);
-  job.spp =
-      static_cast<std::uint32_t>(std::bit_floor(std::max<std::uint64_t>(1, sampling.samples / kRepetitions)));
+  job.spp = static_cast<std::uint32_t>(std::bit_floor(std::max<std::uint64_t>(1, sampling.samples / kYears)));
   job.seed = sampling.seed + patch;
   const auto picture = render(job, sky, map_of_patch(patches, patch));
   if (!picture.ok()) return picture.status();
@@ -157,11 +156,11 @@ constexpr Metric kMetrics[] = {
     {"mean illuminance of occupied hours", "lx", 1, &photometry::PointMetrics::mean_lux}};
 
 /// Mean of the repetitions, with its standard error.
-Figure figure_of(const std::array<double, kRepetitions>& values, std::uint64_t samples) {
+Figure figure_of(const std::array<double, kYears>& values, std::uint64_t samples) {
   double mean = 0, squares = 0;
-  for (const double value : values) mean += value / kRepetitions;
+  for (const double value : values) mean += value / kYears;
   for (const double value : values) squares += (value - mean) * (value - mean);
-  return {mean, std::sqrt(squares / (kRepetitions - 1) / kRepetitions), samples, kRepetitions - 1};
+  return {mean, std::sqrt(squares / (kYears - 1) / kYears), samples, kYears - 1};
 }
 
 }  // namespace
@@ -192,8 +191,8 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_year(const v1::AnnualDaylight
     if (sampling.progress) sampling.progress(patch + 1, patches.size());
   }
 
-  std::array<photometry::AnnualMetrics, kRepetitions> years;
-  for (std::size_t k = 0; k < kRepetitions; ++k) {
+  std::array<photometry::AnnualMetrics, kYears> years;
+  for (std::size_t k = 0; k < kYears; ++k) {
     auto year = photometry::annual_metrics(
         *weather, patches, {plan->points.size(), all.by_repetition[k], direct.by_repetition[k]}, options);
     if (!year.ok()) return year.status();
@@ -206,8 +205,8 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_year(const v1::AnnualDaylight
     made.name = name, made.quantity = metric.name, made.unit = metric.unit;
     made.planes = plan->planes;
     for (std::size_t point = 0; point < plan->points.size(); ++point) {
-      std::array<double, kRepetitions> values{};
-      for (std::size_t k = 0; k < kRepetitions; ++k)
+      std::array<double, kYears> values{};
+      for (std::size_t k = 0; k < kYears; ++k)
         values[k] = metric.factor * (years[k].points[point].*metric.of_point);
       made.readings.push_back({absl::StrCat(point + 1), plan->points[point].position,
                                plan->points[point].normal, figure_of(values, samples)});
@@ -216,8 +215,8 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_year(const v1::AnnualDaylight
   const auto add_whole = [&](const char* quantity, double photometry::AnnualMetrics::*of_year) {
     MeasuredMeter& made = result.emplace_back();
     made.name = name, made.quantity = quantity, made.unit = "%";
-    std::array<double, kRepetitions> values{};
-    for (std::size_t k = 0; k < kRepetitions; ++k) values[k] = 100 * (years[k].*of_year);
+    std::array<double, kYears> values{};
+    for (std::size_t k = 0; k < kYears; ++k) values[k] = 100 * (years[k].*of_year);
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     made.readings.push_back({"", V3d(kNone), V3d(0), figure_of(values, samples)});
   };

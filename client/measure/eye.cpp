@@ -20,7 +20,7 @@ namespace {
 using Imath::V3d;
 
 /// Pictures of other seeds, whose spread tells the error.
-constexpr std::size_t kRepetitions = 8;
+constexpr std::size_t kPictures = 8;
 
 /// Directions and solid angles of the pixels of an equisolid fisheye of 180 degrees: all pixels within the
 /// circle see the same solid angle.
@@ -55,7 +55,7 @@ constexpr GlareFigure kFigures[] = {
     {"background luminance", "cd/m2", &photometry::GlareFigures::background_luminance},
     {"mean luminance", "cd/m2", &photometry::GlareFigures::mean_luminance}};
 
-/// Glare of the mean of pictures but for the one left out; kRepetitions leaves none out.
+/// Glare of the mean of pictures but for the one left out; kPictures leaves none out.
 absl::StatusOr<photometry::GlareFigures> glare_without(const std::vector<std::vector<double>>& pictures,
                                                        std::size_t left_out, int side, const EyePixels& eye,
                                                        double cd_per_m2) {
@@ -98,9 +98,9 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_glare(const v1::GlareMeter& m
   write_matrix(*world_from_camera, *job.camera.mutable_world_from_camera());
   job.width = job.height = side;
   job.spp = static_cast<std::uint32_t>(
-      std::bit_floor(std::clamp<std::uint64_t>(sampling.samples / 32 / kRepetitions, 1, 1024)));
+      std::bit_floor(std::clamp<std::uint64_t>(sampling.samples / 32 / kPictures, 1, 1024)));
   std::vector<std::vector<double>> pictures;
-  for (std::size_t k = 0; k < kRepetitions; ++k) {
+  for (std::size_t k = 0; k < kPictures; ++k) {
     job.seed = sampling.seed + k;
     auto picture = render(job);
     if (!picture.ok()) return picture.status();
@@ -110,10 +110,10 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_glare(const v1::GlareMeter& m
   const auto glare = [&](std::size_t left_out) {
     return glare_without(pictures, left_out, static_cast<int>(side), pixels, sampling.cd_per_m2);
   };
-  const auto whole = glare(kRepetitions);
+  const auto whole = glare(kPictures);
   if (!whole.ok()) return whole.status();
   std::vector<photometry::GlareFigures> without;
-  for (std::size_t k = 0; k < kRepetitions; ++k) {
+  for (std::size_t k = 0; k < kPictures; ++k) {
     auto figures = glare(k);
     if (!figures.ok()) return figures.status();
     without.push_back(*std::move(figures));
@@ -130,7 +130,7 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_glare(const v1::GlareMeter& m
                              eye,
                              (target - eye).normalized(),
                              {value, std::isfinite(error) ? error : std::numeric_limits<double>::infinity(),
-                              std::uint64_t{side} * side * job.spp * kRepetitions, kRepetitions - 1}});
+                              std::uint64_t{side} * side * job.spp * kPictures, kPictures - 1}});
   }
   if (!whole->found.merged)
     result.front().warnings.emplace_back(
@@ -172,9 +172,9 @@ absl::StatusOr<Figure> measure_area(const v1::RadianceMeter::PictureArea& area, 
   constexpr std::uint32_t kSide = 16;
   job.width = job.height = kSide;
   job.spp = static_cast<std::uint32_t>(
-      std::bit_ceil(std::max<std::uint64_t>(1, sampling.samples / kSide / kSide / kRepetitions)));
+      std::bit_ceil(std::max<std::uint64_t>(1, sampling.samples / kSide / kSide / kPictures)));
   double mean = 0, squares = 0;
-  for (std::size_t k = 0; k < kRepetitions; ++k) {
+  for (std::size_t k = 0; k < kPictures; ++k) {
     job.seed = sampling.seed + k;
     const auto picture = render(job);
     if (!picture.ok()) return picture.status();
@@ -184,8 +184,8 @@ absl::StatusOr<Figure> measure_area(const v1::RadianceMeter::PictureArea& area, 
     mean += away / static_cast<double>(k + 1);
     squares += away * (value - mean);
   }
-  return Figure{mean, std::sqrt(squares / (kRepetitions - 1) / kRepetitions),
-                std::uint64_t{kSide} * kSide * job.spp * kRepetitions, kRepetitions - 1};
+  return Figure{mean, std::sqrt(squares / (kPictures - 1) / kPictures),
+                std::uint64_t{kSide} * kSide * job.spp * kPictures, kPictures - 1};
 }
 
 }  // namespace tessera::client

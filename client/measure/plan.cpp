@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "measure/fault.h"
 #include "measure/light_unit.h"
 #include "measure/receivers.h"
 #include "photometry/units/light_unit.h"
@@ -17,8 +18,6 @@ namespace {
 
 using Imath::V3d;
 constexpr double kPi = std::numbers::pi;
-
-absl::Status fault(const std::string& what) { return absl::InvalidArgumentError(what); }
 
 /// Makes the probes and readings of meters.
 class Planner {
@@ -256,7 +255,8 @@ absl::StatusOr<ReceiverPlace> Planner::hull(bool inward) {
   auto ball = scene_.ball();
   if (!ball.ok()) return ball.status();
   ReceiverPlace place;
-  const double radius = 1.001 * ball->radius;
+  // So far from lights at the edge of the scene that none outshines all others.
+  const double radius = 1.5 * ball->radius;
   place.positions = {ball->middle};
   place.area = 4 * kPi * radius * radius;
   *place.probe.mutable_sphere()->mutable_middle() = point_of(ball->middle);
@@ -412,7 +412,7 @@ absl::Status Planner::add(int number) {
 
 absl::StatusOr<MeasuredScene> measured_scene(const ImportedScene& imported, const MeterFile& file,
                                              bool is_spectral, std::function<absl::StatusOr<Ball>()> ball) {
-  MeasuredScene scene{imported};
+  MeasuredScene scene{.imported = imported};
   scene.is_spectral = is_spectral;
   scene.ball = std::move(ball);
   *scene.picture.mutable_camera() = imported.scene.camera();

@@ -70,11 +70,11 @@ struct Ball {
 /// What the plan has to know of the scene.
 struct MeasuredScene {
   const ImportedScene& imported;
-  double metres = 0;                           // length of the scene's unit; 0: not said
-  double cd_per_m2 = 683;                      // luminance of a radiance of 1
-  bool is_spectral = false;                    // light is of wavelengths: there are all channels
-  v1::Scene picture;                           // the scene's own camera and film
-  std::function<absl::StatusOr<Ball>()> ball;  // around all that the scene holds
+  double metres = 0;                                // length of the scene's unit; 0: not said
+  double cd_per_m2 = 683;                           // luminance of a radiance of 1
+  bool is_spectral = false;                         // light is of wavelengths: there are all channels
+  v1::Scene picture;                                // the scene's own camera and film
+  std::function<absl::StatusOr<Ball>()> ball = {};  // around all that the scene holds
 };
 
 /// The scene's own unit of length and luminance, or else those of the list. InvalidArgument where the list's

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/nearest_name.h"
 #include "import/geometry/transform.h"
+#include "measure/fault.h"
 #include "wire/mesh_blob.h"
 
 namespace tessera::client {
@@ -20,8 +21,6 @@ using Imath::V3d;
 
 /// Of a receiver's width: far enough from a surface that rounding does not put it behind.
 constexpr double kOffset = 1e-4;
-
-absl::Status fault(const std::string& what) { return absl::InvalidArgumentError(what); }
 
 bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 

@@ -58,11 +58,12 @@ v1::RenderSettings settings_of(const ProbeJob& job, v1::RenderSettings settings)
   settings.set_reconstruction(v1::RECONSTRUCTION_SAMPLE);
   settings.set_texture_footprint(0);
   settings.set_glass_shadows(v1::GLASS_SHADOWS_TRACED);
-  settings.set_sensor("cie1931");
-  settings.set_rgb_space(v1::RGB_SPACE_REC709);
-  settings.set_white_balance("none");
-  if (settings.color() == v1::COLOR_SPECTRAL)
+  if (settings.color() == v1::COLOR_SPECTRAL) {
+    settings.set_sensor("cie1931");
+    settings.set_rgb_space(v1::RGB_SPACE_REC709);
+    settings.set_white_balance("none");
     settings.set_film(absl::StrCat("spectral:", kBands, ":", kFromNm, "-", kToNm));
+  }
   settings.set_exposure("scene");
   if (job.light == ReadLight::kStraight) settings.set_max_depth(0);
   return settings;

@@ -20,11 +20,11 @@ namespace tessera::client {
 struct BuiltScene;
 
 struct ProbeJobOptions {
-  JobSettings job;             // for all of them
+  JobSettings job = {};        // for all of them
   std::string name;            // of the jobs, for people
   int threads = 1;             // of a renderer of this process
   FarmClient* farm = nullptr;  // null: this process renders
-  std::stop_token stop;
+  std::stop_token stop = {};
 };
 
 /// One scene, rendered through cameras of probes.

@@ -18,6 +18,11 @@ constexpr double kSmallest =
     1e-4;  // p-value of a test: about 50 of them fail by chance once in 200 runs of other seeds
 constexpr double kLargestError = 0.004;  // relative standard error of any figure
 
+/// Pixels are floats, and so are tables of lights: sums of some tens of roundings of 6e-8.
+constexpr double kRounding = 3e-6;
+/// Shadow rays end before lights by a margin for rounding, by which places of lights seen from afar are off.
+constexpr double kMargin = 3e-5;
+
 struct Case {
   const char* name;
   std::string scene;   // besides scene_with()'s
@@ -26,10 +31,8 @@ struct Case {
   const char* algorithm = "path";
   std::uint64_t samples = 1 << 15;
   const char* medium = "";
+  double rounding = kRounding;
 };
-
-/// Figures have float pixels in them, which round at 6e-8 each, and tables of lights that do so at 1e-6.
-constexpr double kRounding = 3e-6;
 
 void expect_measured(const Case& test) {
   SCOPED_TRACE(test.name);
@@ -52,7 +55,8 @@ void expect_measured(const Case& test) {
                      std::to_string(error) + ", not " + std::to_string(truth));
         EXPECT_LE(error, kLargestError * std::max(std::abs(truth), 1e-3));
         const int freedom = std::max(1, static_cast<int>(reading.figure.degrees_of_freedom));
-        const double p = interval_p_value(value - truth, kRounding * std::abs(truth) + 1e-9, error, freedom);
+        const double p =
+            interval_p_value(value - truth, test.rounding * std::abs(truth) + 1e-9, error, freedom);
         logs[k] += std::log(std::max(p, 1e-300));
         ++k;
       }
@@ -101,7 +105,8 @@ TEST(Measure, FindsTheFluxAndIntensityOfAPoint) {
                    .meters = "meters { name: 'flux' unit: 'W' flux { escaping: true } } "
                              "meters { name: 'intensity' unit: 'W/sr' intensity { gamma_step_degrees: 45 "
                              "c_step_degrees: 120 } }",
-                   .truths = {12 * kPi, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3}});
+                   .truths = {12 * kPi, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3},
+                   .rounding = kMargin});
 }
 
 TEST(Measure, ReadsAnEvenSky) {
@@ -191,7 +196,7 @@ TEST(Measure, FollowsLambertAndBeer) {
 TEST(Measure, LightTracingReadsTheSame) {
   expect_measured(
       {.name = "over a wall",
-       .scene = std::string(kPoint) + glowing_ball(0.5),
+       .scene = glowing_ball(0.5),
        .meters = point_meter("middle", "", "z: 1") + point_meter("around", "x: 0.5", "z: 1", "SPHERE"),
        .truths = {2 * kPi, 8 * kPi},
        .algorithm = "light",
