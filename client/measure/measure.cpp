@@ -26,6 +26,16 @@ void warn_of_black(MeasuredMeter& meter) {
       absl::StrCat(who, ": is it within something solid, or does it look the wrong way?"));
 }
 
+void warn_of_heavy_tails(const PlannedMeter& planned, const SampledCells& sampled, MeasuredMeter& meter) {
+  std::size_t heavy = 0;
+  for (const PlannedReading& reading : planned.readings) heavy += has_heavy_tail(reading, sampled) ? 1 : 0;
+  if (heavy == 0) return;
+  meter.warnings.push_back(absl::StrCat(heavy, " of its ", meter.readings.size(),
+                                        " figures rest on few bright paths: their errors may be larger than "
+                                        "is told; more --samples, or another "
+                                        "integrator, help"));
+}
+
 /// Makes figures of a plan.
 class Measurer {
  public:
@@ -86,6 +96,7 @@ MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sample
   for (const PlannedReading& reading : planned.readings)
     meter.readings.push_back({reading.label, reading.position, reading.normal, figure_of(reading, sampled)});
   warn_of_black(meter);
+  warn_of_heavy_tails(planned, sampled, meter);
   return meter;
 }
 

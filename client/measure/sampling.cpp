@@ -121,6 +121,17 @@ double relative_error(const Figure& figure) {
          std::abs(figure.value);
 }
 
+bool has_heavy_tail(const PlannedReading& reading, const SampledCells& sampled) {
+  const CellSums* widest = nullptr;
+  double most = 0;
+  for (const CellTerm& term : reading.terms) {
+    const CellSums& cell = sampled.cells[term.cell];
+    const double variance = term.factor * term.factor * cell.variance(term.channel);
+    if (variance > most) most = variance, widest = &cell;
+  }
+  return widest != nullptr && widest->largest_share() > kHeavyShare;
+}
+
 Figure figure_of(const PlannedReading& reading, const SampledCells& sampled) {
   Figure figure;
   figure.value = reading.constant;
@@ -172,7 +183,9 @@ absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const Samplin
         if (!reading.is_judged) continue;
         const Figure figure = figure_of(reading, sampled);
         worst = std::max(worst, relative_error(figure));
-        const double more = options.error > 0 ? more_for(figure, options.error) : 0;
+        double more = options.error > 0 ? more_for(figure, options.error) : 0;
+        // What rests on one pixel is not sure yet, however small its spread.
+        if (options.error > 0 && more == 0 && has_heavy_tail(reading, sampled)) more = 1;
         if (more == 0) continue;
         done = false;
         const auto ask = [&](std::size_t cell) {

@@ -1,6 +1,7 @@
 // Sampling what probes read, until their figures are as sure as they are wanted.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -37,6 +38,7 @@ class CellSums {
       mean_[c] += away / static_cast<double>(count_);
       squares_[c] += away * (pixel[c] - mean_[c]);
     }
+    largest_ = std::max(largest_, pixel[0]);
   }
   std::uint64_t pixels() const { return count_; }
   double mean(ReadingChannel channel) const { return mean_[static_cast<std::size_t>(channel)]; }
@@ -46,11 +48,22 @@ class CellSums {
     const double n = static_cast<double>(count_);
     return squares_[static_cast<std::size_t>(channel)] / (n - 1) / n;
   }
+  /// The part of the sum of squares that the brightest pixel has. Where it is large, light comes by rare
+  /// paths, and the spread tells too little of the error.
+  double largest_share() const {
+    const double away = largest_ - mean_[0];
+    return squares_[0] > 0 ? std::min(1.0, away * away / squares_[0]) : 0;
+  }
 
  private:
   std::uint64_t count_ = 0;
   ChannelValues mean_{}, squares_{};
+  double largest_ = 0;  // luminance
 };
+
+/// Beyond this share, one pixel of a cell decides its spread: of sixteen that are normal it happens once in
+/// 300 times, of more hardly ever.
+inline constexpr double kHeavyShare = 0.5;
 
 struct SamplingOptions {
   std::uint64_t samples = 4096;  // of each cell, where no error is wanted
@@ -69,6 +82,9 @@ struct SampledCells {
 
 /// Half of the 95 % interval of a figure over its value; 0 where all samples were equal.
 double relative_error(const Figure& figure);
+
+/// Whether one pixel decides the spread of a figure's largest part: heavy tails.
+bool has_heavy_tail(const PlannedReading& reading, const SampledCells& sampled);
 
 /// The figure of a reading.
 Figure figure_of(const PlannedReading& reading, const SampledCells& sampled);

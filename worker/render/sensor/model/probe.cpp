@@ -92,6 +92,12 @@ Direction direction_of(const ProbeRecord& probe, Vec2 u) {
     }
     case ProbeKind::kFarField:
       return {{Float(0.0f), Float(0.0f), Float(1.0f)}, Float(kPi * probe.radius * probe.radius), Float(0.0f)};
+    case ProbeKind::kHalfSphere: {
+      // The density of the cosine grows from 0 at -1: (1 + cos) / 2.
+      const Float cosine = fma(sqrt(u.x), Float(2.0f), Float(-1.0f));
+      const Float sine = safe_sqrt(fnma(cosine, cosine, Float(1.0f))), turn = kTwoPi * u.y;
+      return {{sine * cos(turn), sine * sin(turn), cosine}, Float(kPi), (1.0f + cosine) * (1 / (2 * kTwoPi))};
+    }
     default:
       break;
   }
@@ -223,7 +229,7 @@ ProbeWeight weigh_at_probe(const ProbeRecord& probe, Vec3 axis, Vec3 wi) {
     case ProbeKind::kHalfCylinder:
       return {(sine + dot(broadcast(probe.front), wi)) * kInvPi, everywhere};
     case ProbeKind::kHalfSphere:
-      return {(1.0f + cosine) * 0.25f, everywhere};
+      return {(1.0f + cosine) * 0.25f, (1.0f + cosine) * everywhere};
     default:
       return {Float(0.0f), Float(0.0f)};
   }
