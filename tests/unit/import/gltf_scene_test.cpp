@@ -7,10 +7,12 @@
 namespace tessera::client {
 namespace {
 
+using testing::DoubleNear;
 using testing::ElementsAre;
 using testing::FloatNear;
 using testing::HasSubstr;
 using testing::IsEmpty;
+using testing::Pointwise;
 
 class GltfScene : public GltfTest {
  protected:
@@ -95,13 +97,51 @@ TEST_F(GltfScene, LightsMoveWhileTheShutterIsOpen) {
   const ImportedScene moving = accepted(document, options);
   const v1::Scene& scene = moving.scene;
   EXPECT_EQ(scene.lights(0).point().position().x(), 0.5);
-  EXPECT_EQ(scene.lights(0).point().position_end().x(), 1.5);
-  EXPECT_EQ(scene.lights(1).spot().position_end().x(), 1.5);
-  EXPECT_EQ(scene.lights(1).spot().target_end().x(), 1.5);
-  EXPECT_EQ(scene.lights(2).distant().direction_end().z(), -1);
+  EXPECT_EQ(scene.lights(2).distant().direction().z(), -1);
+  for (const v1::Light& light : scene.lights()) {
+    ASSERT_EQ(light.motion_size(), 1);
+    EXPECT_EQ(light.motion(0).time(), 1);
+    EXPECT_THAT(light.motion(0).place().elements(),
+                ElementsAre(1, 0, 0, 1, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1));
+  }
   options.shutter = 0;
   const ImportedScene still = accepted(document, options);
-  EXPECT_FALSE(still.scene.lights(0).point().has_position_end());
+  EXPECT_EQ(still.scene.lights(0).motion_size(), 0);
+}
+
+/// A quarter of a turn about z while the shutter is open. A point's own turn is no motion.
+TEST_F(GltfScene, LightsTurnAsTheirNodesDo) {
+  Json document = triangle();
+  std::string keys;
+  for (const float value : {0, 0, 0, 1, 0, 0, 1, 0})
+    keys.append(reinterpret_cast<const char*>(&value), sizeof value);
+  document["buffers"].push_back({{"byteLength", keys.size()}, {"uri", data_uri(keys)}});
+  document["bufferViews"].push_back({{"buffer", 1}, {"byteLength", 32}});
+  document["accessors"].push_back(
+      {{"bufferView", 4}, {"componentType", 5126}, {"count", 2}, {"type", "VEC4"}});
+  document["animations"][0] = Json::parse(R"({
+    "samplers": [{"input": 2, "output": 4}],
+    "channels": [{"sampler": 0, "target": {"node": 0, "path": "rotation"}}]})");
+  document["extensionsUsed"] = {"KHR_lights_punctual"};
+  document["extensions"]["KHR_lights_punctual"]["lights"] = {{{"type", "point"}},
+                                                             {{"type", "spot"}, {"spot", Json::object()}}};
+  for (int light = 0; light < 2; ++light) {
+    document["nodes"].push_back(
+        {{"scale", {2, 3, 4}}, {"extensions", {{"KHR_lights_punctual", {{"light", light}}}}}});
+    document["nodes"][0]["children"].push_back(2 + light);
+  }
+  document["nodes"][0]["children"].push_back(1);
+  document["scenes"][0]["nodes"] = {0};
+  GltfOptions options;
+  options.time = 0;
+  options.shutter = 0.5;
+  const v1::Scene scene = accepted(document, options).scene;
+  EXPECT_EQ(scene.lights(0).motion_size(), 0);
+  ASSERT_GE(scene.lights(1).motion_size(), 1);
+  const v1::MotionKey& last = scene.lights(1).motion(scene.lights(1).motion_size() - 1);
+  EXPECT_EQ(last.time(), 1);
+  const std::vector<double> quarter = {0, -1, 0, 0, 1, 0, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+  EXPECT_THAT(last.place().elements(), Pointwise(DoubleNear(1e-6), quarter));
 }
 
 /// A quarter turn about z by the middle of the way from none to a half turn; a spline without tangents eases.
