@@ -222,8 +222,11 @@ absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection,
 }
 
 absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters, ShapeTable& shapes) {
+  if (emitters.empty()) return absl::OkStatus();
+  const std::vector<std::int32_t> instances = instances_by_shape(shapes);
   for (const Emitter& emitter : emitters) {
-    if (auto s = add_area_light(emitter, shapes); !s.ok())
+    const std::int32_t instance = instances[static_cast<std::size_t>(emitter.shape)];
+    if (auto s = add_area_light(emitter, instance, shapes); !s.ok())
       return located(s, absl::StrCat(emitter.where, ": area light"));
     warn_of_color(absl::StrCat(emitter.where, ": area light"));
   }
@@ -245,12 +248,13 @@ absl::Status LightBuilder::check_area_light(const v1::AreaLight& light) {
   return located(read_area_light(light).status(), "area light");
 }
 
-absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& shapes) {
+absl::Status LightBuilder::add_area_light(const Emitter& emitter, std::int32_t instance, ShapeTable& shapes) {
   const v1::AreaLight& light = *emitter.light;
   const auto record = read_area_light(light);
   if (!record.ok()) return record.status();
-  if (const InstanceRecord* const place = place_of_moving_shape(emitter.shape, shapes)) {
-    add_moving_area_light(emitter, *record, *place, shapes);
+  if (instance >= 0) {
+    const InstanceRecord& place = shapes.instances[static_cast<std::size_t>(instance)];
+    add_moving_area_light(emitter, *record, place, shapes);
   } else {
     append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
                        light.interpolated_normal_pick());

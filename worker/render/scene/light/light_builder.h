@@ -55,7 +55,8 @@ class LightBuilder {
  private:
   /// That of a shape, whatever its kind.
   absl::StatusOr<LightRecord> read_area_light(const v1::AreaLight& light);
-  absl::Status add_area_light(const Emitter& emitter, ShapeTable& shapes);
+  /// `instance`: what places the shape; -1: it stands in the world.
+  absl::Status add_area_light(const Emitter& emitter, std::int32_t instance, ShapeTable& shapes);
   absl::Status add_light(const v1::Light& light);
   /// `way`: from its own space to the world, if it moves.
   absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, LightWay& way);
@@ -78,7 +79,7 @@ class LightBuilder {
   MovingLights& moving();
   /// `record` stands in render space, but has its directions in its own.
   absl::Status add_moving_light(const LightWay& way, LightRecord record);
-  /// The lights of a shape that moves; `light` has what they share.
+  /// The lights of a shape that an instance places; `light` has what they share.
   void add_moving_area_light(const Emitter& emitter, const LightRecord& light, const InstanceRecord& place,
                              ShapeTable& shapes);
   void add_moving_records(LightMotion motion, std::vector<LightRecord> own);

@@ -228,31 +228,39 @@ absl::Status LightBuilder::add_moving_light(const LightWay& way, LightRecord rec
       !s.ok())
     return s;
   roughness_ = roughness_of(way.motion.steps());
+  moving().moves = true;
   add_moving_records(steps, {record});
   return absl::OkStatus();
 }
 
-const InstanceRecord* place_of_moving_shape(std::int32_t shape, const ShapeTable& shapes) {
-  if (shape < shapes.world_shape_count) return nullptr;
-  const auto instance = std::ranges::find_if(shapes.instances, [&](const InstanceRecord& one) {
-    const ObjectRange& object = shapes.objects[static_cast<std::size_t>(one.object)];
-    return one.number == 0 && object.first_shape <= shape && shape < object.first_shape + object.shape_count;
-  });
-  return instance == shapes.instances.end() ? nullptr : &*instance;
+std::vector<std::int32_t> instances_by_shape(const ShapeTable& shapes) {
+  std::vector<std::int32_t> instances(shapes.shapes.size(), -1);
+  for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
+    const ObjectRange& object = shapes.objects[static_cast<std::size_t>(shapes.instances[i].object)];
+    if (object.shape_count == 1)
+      instances[static_cast<std::size_t>(object.first_shape)] = static_cast<std::int32_t>(i);
+  }
+  return instances;
 }
 
 void LightBuilder::add_moving_area_light(const Emitter& emitter, const LightRecord& light,
                                          const InstanceRecord& place, ShapeTable& shapes) {
   if (emitter.light->interpolated_normal_pick() > 0 && inputs_.warnings != nullptr)
     inputs_.warnings->push_back(
-        absl::StrCat(emitter.where, ": it moves, and emits light by its true normals alone"));
+        absl::StrCat(emitter.where, ": it moves or is instanced, and emits light by its true normals alone"));
   MovingLights& all = moving();
-  // Shapes that move stand before all instances that hold others: the lower part of the number is all of it.
+  // Shapes that emit light stand before all instances that hold others: the lower part of the number is all
+  // of it. Those that stand still within an instance go from its place to the same.
   const LightMotion motion{.first_step = static_cast<std::int32_t>(all.steps.size()),
-                           .segments = place.segments,
+                           .segments = std::max(place.segments, 1),
                            .instance = static_cast<std::int32_t>(place.first_place)};
-  const auto first = shapes.motion_steps.begin() + place.first_step;
-  all.steps.insert(all.steps.end(), first, first + place.segments + 1);
+  if (place.segments > 0) {
+    const auto first = shapes.motion_steps.begin() + place.first_step;
+    all.steps.insert(all.steps.end(), first, first + place.segments + 1);
+    all.moves = true;
+  } else {
+    all.steps.insert(all.steps.end(), 2, place.render_from_instance);
+  }
 
   LightTable own;
   own.sources = table_.sources;

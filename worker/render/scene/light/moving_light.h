@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "render/scene/placement/motion.h"
@@ -38,7 +39,8 @@ absl::StatusOr<LightWay> way_of_distant(const v1::DistantLight& light, const Mot
 /// The motion turns the directions of the map alone. InvalidArgument with a portal, too.
 absl::StatusOr<LightWay> way_of_sky(const v1::InfiniteLight& light, const MotionKeys& keys);
 
-/// The instance that places a shape of the world that moves; null for other shapes.
-const InstanceRecord* place_of_moving_shape(std::int32_t shape, const ShapeTable& shapes);
+/// Numbers of the instances that place shapes alone, by shape; -1 where no instance does, so that a shape
+/// that emits light stands in the world.
+std::vector<std::int32_t> instances_by_shape(const ShapeTable& shapes);
 
 }  // namespace tessera::render
