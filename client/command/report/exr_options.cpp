@@ -109,4 +109,8 @@ void define_exr_options(options::Command& command, ExrFormat& exr) {
   command.add_flag("--exr-mipmaps", exr.mipmaps, "half as large again and again, too").needs(tiles);
 }
 
+options::Option define_multiview(options::Command& command, ExrFormat& exr) {
+  return command.add_flag("--multiview", exr.multiview, "one EXR with a part for each view");
+}
+
 }  // namespace tessera::client
