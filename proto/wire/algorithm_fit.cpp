@@ -47,10 +47,10 @@ bool moves(const v1::Shape& shape) {
 /// Whether a light of any kind is elsewhere later: of each field `x_end`, `x` is the start. Keys of lights
 /// without a matrix begin at the identity.
 bool moves(const v1::Light& light) {
-  const v1::Matrix& start = light.has_projection()    ? light.projection().world_from_light()
-                            : light.has_goniometric() ? light.goniometric().world_from_light()
-                                                      : light.infinite().world_from_light();
-  if (moves(start, {}, light.motion())) return true;
+  const v1::Matrix& first_place = light.has_projection()    ? light.projection().world_from_light()
+                                  : light.has_goniometric() ? light.goniometric().world_from_light()
+                                                            : light.infinite().world_from_light();
+  if (moves(first_place, {}, light.motion())) return true;
   const auto* const kind =
       light.GetReflection()->GetOneofFieldDescriptor(light, light.GetDescriptor()->FindOneofByName("kind"));
   if (kind == nullptr) return false;

@@ -244,7 +244,9 @@ TEST(ExrFormat, ViewsArePartsOfAFile) {
     EXPECT_EQ(parts.header(0).view(), "left");
     EXPECT_EQ(parts.header(layers ? 2 : 1).name(), "rgba.right");
     EXPECT_EQ(parts.header(layers ? 2 : 1).view(), "right");
-    if (layers) EXPECT_EQ(parts.header(1).name(), "albedo.left");
+    if (layers) {
+      EXPECT_EQ(parts.header(1).name(), "albedo.left");
+    }
     for (const Image* const view : {&left, &right}) {
       const auto read = read_exr(file, kMostImagePixels, std::get<std::string>(view->metadata.at("view")));
       ASSERT_TRUE(read.ok()) << read.status();
