@@ -51,7 +51,7 @@ TEST_P(DistortedFootprint, IsLargerByTheAreaThatAPlaceSees) {
     const Float expected = undistort(*sensor->distortion, place).area,
                 found = area_of(distorted, ray) / area_of(plain, ray);
     for (int l = 0; l < kWidth; ++l) {
-      if (!ray.valid.lane(l)) continue;
+      if (!(ray.valid.bits() >> l & 1)) continue;
       least = std::min(least, expected.lane(l)), most = std::max(most, expected.lane(l));
       // Slopes are those next to the middle of one of 64 x 64 cells, by a quarter of a cell at most, and
       // linear in between: of an area that grows by a factor of 3 over 32 cells, e^(1.1/32/4) - 1 is 1 %.

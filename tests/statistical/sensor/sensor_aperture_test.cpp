@@ -179,7 +179,9 @@ TEST(SensorBarrel, OpensWhatTwoCirclesHaveInCommon) {
     const double expected = common_part(radius, opening / shrink, std::hypot(x, y) * length / shrink);
     const double part = open / kSamples;
     EXPECT_NEAR(part, expected, 5 * std::sqrt(0.25 / kSamples)) << column;
-    if (column > 39) EXPECT_LT(part, 0.6);
+    if (column > 39) {
+      EXPECT_LT(part, 0.6);
+    }
   }
 }
 
