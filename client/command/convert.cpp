@@ -29,6 +29,7 @@ struct ConvertOptions {
   std::string output;
   GltfOptions gltf;
   ExrFormat exr;
+  std::string view_name;            // of an .exr with several views; empty: the first
   std::vector<std::string> layers;  // layers of the image to write; none: all channels
   // The space of what is seen of a spectral image, and of red, green and blue; empty: their own.
   std::string sensor, rgb_space, white_balance;
@@ -84,7 +85,7 @@ int convert_image(const ConvertOptions& options) {
   }
   if (const auto view = make_display_view(options.view); !view.ok())
     return report(kUsage, std::string{view.status().message()});
-  absl::StatusOr<Image> image = read_exr(options.input);
+  absl::StatusOr<Image> image = read_exr(options.input, kMostImagePixels, options.view_name);
   if (image.ok()) image = seen_image(*std::move(image), options);
   if (image.ok() && !options.layers.empty()) image = layer_strip(*image, options.layers);
   if (!image.ok()) return report(kUsage, std::string{image.status().message()});
@@ -94,10 +95,10 @@ int convert_image(const ConvertOptions& options) {
 
 int convert_scene(const ConvertOptions& options) {
   if (options.view != ViewOptions() || !options.layers.empty() || !options.sensor.empty() ||
-      !options.white_balance.empty() || !options.rgb_space.empty()) {
+      !options.white_balance.empty() || !options.rgb_space.empty() || !options.view_name.empty()) {
     return report(kUsage, options.input +
                               " is a scene; --exposure, --view, --dither, OpenColorIO, --sensor, "
-                              "--white-balance, --rgb-space and --layers are for an .exr");
+                              "--white-balance, --rgb-space, --view-name and --layers are for an .exr");
   }
   const absl::StatusOr<ImportedScene> scene =
       import_scene(options.input, {.threads = 0, .defines = {}, .gltf = options.gltf});
@@ -156,6 +157,9 @@ void add_convert_command(CommandLine& line) {
       .type_name("LIGHT");
   command.add("--rgb-space", options->rgb_space, "of an .exr: the space of red, green and blue")
       .one_of(wire::words_of(*google::protobuf::GetEnumDescriptor<v1::RgbSpace>()));
+  command
+      .add("--view-name", options->view_name, "of an .exr with several views: this one (default: the first)")
+      .type_name("NAME");
   define_view_options(command, options->view);
   command
       .add("--layers", options->layers,

@@ -6,6 +6,8 @@
 
 #include <cmath>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "render/light/light_source.h"
 #include "unit/render/scene/builder_inputs.h"
@@ -87,6 +89,65 @@ TEST_F(LightBuilderTest, LightsThatMoveStandInTheirOwnSpaceToo) {
   ASSERT_EQ(table_.moving->steps.size(), 2u);
   EXPECT_EQ(table_.moving->steps[0].m[3], 4);
   EXPECT_EQ(table_.moving->steps[1].m[3], 6);
+}
+
+/// Map of a light at a step, from its own space to render space, which is about (1, 2, 3).
+std::vector<float> step_of(const LightTable& table, std::size_t motion, int step) {
+  const LightMotion& way = table.moving->motions[motion];
+  const Affine& map = table.moving->steps[static_cast<std::size_t>(way.first_step + step)];
+  return {map.m, map.m + 12};
+}
+
+TEST_F(LightBuilderTest, LightsGoThroughTheirKeys) {
+  ASSERT_EQ(add("lights { point { position { x: 5 } intensity { constant: 1 } } "
+                "motion { time: 0.5 place { elements: [1,0,0,2, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } "
+                "motion { time: 1 place { elements: [2,0,0,0, 0,2,0,1, 0,0,2,0, 0,0,0,1] } } }"),
+            absl::OkStatus());
+  ASSERT_NE(table_.moving, nullptr);
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kMovingPoint);
+  EXPECT_THAT(step_of(table_, 0, 0), ElementsAre(1, 0, 0, 4, 0, 1, 0, -2, 0, 0, 1, -3));
+  const int last = table_.moving->motions[0].segments;
+  ASSERT_EQ(last % 2, 0);
+  EXPECT_THAT(step_of(table_, 0, last / 2), ElementsAre(1, 0, 0, 6, 0, 1, 0, -2, 0, 0, 1, -3));
+  // Twice as far from the origin, but no larger itself.
+  EXPECT_THAT(step_of(table_, 0, last), ElementsAre(1, 0, 0, 9, 0, 1, 0, -1, 0, 0, 1, -3));
+}
+
+TEST_F(LightBuilderTest, LightsTurnAboutAnyPoint) {
+  // From (5, 0, 0) on an arm of length 3 about (2, 0, 0), three quarters of a turn.
+  ASSERT_EQ(
+      add("lights { spot { position { x: 5 } target { x: 4 } intensity { constant: 1 } "
+          "cone_angle_degrees: 20 } motion { time: 1 turn { axis { z: 1 } degrees: 270 about { x: 2 } } } }"
+          "lights { distant { direction { x: 1 } irradiance { constant: 1 } } "
+          "motion { time: 1 turn { axis { z: 1 } degrees: 270 about { x: 2 } } } }"),
+      absl::OkStatus());
+  ASSERT_NE(table_.moving, nullptr);
+  const auto near = [](const std::vector<float>& expected) {
+    return testing::Pointwise(testing::FloatNear(1e-6f), expected);
+  };
+  EXPECT_THAT(step_of(table_, 0, table_.moving->motions[0].segments),
+              near({0, 1, 0, 2 - 1, -1, 0, 0, -3 - 2, 0, 0, 1, -3}));
+  EXPECT_THAT(step_of(table_, 1, table_.moving->motions[1].segments),
+              near({0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0}));
+}
+
+TEST_F(LightBuilderTest, FaultsOfKeysAreTold) {
+  const std::string point = "point { position { x: 5 } intensity { constant: 1 } } ",
+                    stretched = "place { elements: [1,0,0,0, 0,2,0,0, 0,0,1,0, 0,0,0,1] } }",
+                    flat = "place { elements: [1,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,1] } }";
+  EXPECT_THAT(refusal(point + "motion { time: 0.5 } motion { time: 0.5 }"),
+              HasSubstr("motion key 1: its time of 0.5 is not after"));
+  EXPECT_THAT(refusal(point + "motion { time: 0.2 } motion { time: 0.5 " + stretched),
+              HasSubstr("motion key 1: its transform changes angles between directions"));
+  EXPECT_THAT(refusal(point + "motion { time: 0.2 " + flat), HasSubstr("motion key 0 is singular"));
+  EXPECT_THAT(refusal("point { intensity { constant: 1 } position_end { x: 1 } } motion { time: 1 }"),
+              HasSubstr("said twice"));
+  EXPECT_THAT(refusal("sky { toward_sun { z: 1 } cie_type: 1 } motion { time: 1 }"),
+              HasSubstr("daylight stands still"));
+  // Projections have stretches as they have where they stand still.
+  EXPECT_EQ(add("lights { projection { fov_degrees: 40 intensity { constant: 1 } } motion { time: 1 " +
+                stretched + " }"),
+            absl::OkStatus());
 }
 
 TEST_F(LightBuilderTest, APointStandsInRenderSpace) {

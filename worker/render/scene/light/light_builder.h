@@ -11,7 +11,7 @@
 #include "render/light/light_table.h"
 #include "render/light/moving_lights.h"
 #include "render/scene/blob_source.h"
-#include "render/scene/placement/motion.h"
+#include "render/scene/light/moving_light.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/shape/emitter.h"
 #include "render/scene/spectral/spectral_builder.h"
@@ -32,7 +32,7 @@ struct LightInputs {
   /// Reads only the headers of environment maps, which stay black: for scenes that are not rendered.
   bool headers_alone = false;
   SpectralBuilder* spectral = nullptr;           // jobs of wavelengths only
-  std::vector<std::string>* warnings = nullptr;  // with `spectral`
+  std::vector<std::string>* warnings = nullptr;  // null: nobody is warned
 };
 
 class LightBuilder {
@@ -55,19 +55,22 @@ class LightBuilder {
  private:
   /// That of a shape, whatever its kind.
   absl::StatusOr<LightRecord> read_area_light(const v1::AreaLight& light);
-  absl::Status add_area_light(const Emitter& emitter, ShapeTable& shapes);
+  /// `instance`: what places the shape; -1: it stands in the world.
+  absl::Status add_area_light(const Emitter& emitter, std::int32_t instance, ShapeTable& shapes);
   absl::Status add_light(const v1::Light& light);
-  /// `motion`: its way from its own space to the world, if it moves.
-  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, Motion& motion);
+  /// `way`: from its own space to the world, if it moves.
+  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, LightWay& way);
   absl::Status set_spot(const v1::SpotLight& spot, LightRecord& record);
-  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record, Motion& motion);
+  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record);
   /// Where a light with a rotation stands.
   template <class Message>
-  absl::Status place(const Message& light, LightRecord& record, Motion& motion) const;
+  absl::Status place(const Message& light, const MotionKeys& keys, LightRecord& record, LightWay& way) const;
   absl::Status set_texture(const std::string& name, LightRecord& record);
   absl::Status set_color(const v1::Spectrum& spectrum, float scale, const char* what, LightRecord& record);
   /// The lights that were added since are those of the latest set_color().
   void note_curve();
+  /// Warns where the latest light is not where its keys have it.
+  void warn_of_roughness(const std::string& place);
   /// Warns where nothing has the colour of the latest set_color().
   void warn_of_color(const std::string& place);
 
@@ -75,14 +78,14 @@ class LightBuilder {
   /// The tables of lights that move, which have room for all lights so far.
   MovingLights& moving();
   /// `record` stands in render space, but has its directions in its own.
-  absl::Status add_moving_light(const Motion& motion, LightRecord record);
-  /// The lights of a shape that moves; `light` has what they share.
+  absl::Status add_moving_light(const LightWay& way, LightRecord record);
+  /// The lights of a shape that an instance places; `light` has what they share.
   void add_moving_area_light(const Emitter& emitter, const LightRecord& light, const InstanceRecord& place,
                              ShapeTable& shapes);
   void add_moving_records(LightMotion motion, std::vector<LightRecord> own);
 
   // infinite_light.cpp
-  absl::Status add_infinite(const v1::InfiniteLight& light, float scale);
+  absl::Status add_infinite(const v1::InfiniteLight& light, const MotionKeys& keys, float scale);
   absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale) const;
   absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
 
@@ -90,6 +93,7 @@ class LightBuilder {
   LightTable& table_;
   std::shared_ptr<MovingLights> moving_;  // that of the table
   SpectralEmission latest_;               // of the latest set_color()
+  std::string roughness_;                 // how far steps of the latest light leave its way
   std::vector<std::int32_t> curves_;
 };
 
