@@ -131,6 +131,7 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   if (light.has_infinite()) return add_infinite(light.infinite(), scale);
+  if (light.has_sky()) return add_sky(light, scale);
   LightRecord record;
   Motion motion(Transform{});
   if (auto s = set_kind(light, scale, record, motion); !s.ok()) return s;
@@ -170,6 +171,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
       if (auto s = place(light.goniometric(), record, motion); !s.ok()) return s;
       return set_texture(light.goniometric().texture(), record);
     case v1::Light::kInfinite:
+    case v1::Light::kSky:
     case v1::Light::KIND_NOT_SET:
       break;
   }
