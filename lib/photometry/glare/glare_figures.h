@@ -10,7 +10,7 @@
 namespace tessera::photometry {
 
 struct GlareOptions {
-  SourceSearch search;
+  SourceSearch search = {};
   /// Lowers DGP where the eye gets less than some 300 lx, for which it is not fitted [Wienold2012].
   bool low_light_correction = false;
   /// lx at the eye; 0: that of the picture. A picture of less than the hemisphere before the eye needs it.

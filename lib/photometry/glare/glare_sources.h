@@ -26,7 +26,7 @@ absl::Status check_picture(const LuminancePicture& picture);
 
 /// A circular part of the view that somebody works at.
 struct TaskZone {
-  ViewDirection middle;
+  ViewDirection middle = {};
   double radius_degrees = 0;  // 0: there is none, and the mean is that of the view
 };
 
@@ -35,15 +35,15 @@ struct SourceSearch {
   /// zone or of the view. (evalglare: 2000 cd/m^2, or a factor of 5.)
   double threshold = 2000;
   double factor = 5;
-  TaskZone task;
+  TaskZone task = {};
   /// Sources whose middles are nearer than this become one, radians.
   double search_radius = 0.2;
 };
 
 struct GlareSource {
-  ViewDirection middle;    // by luminance times solid angle
-  double luminance = 0;    // mean, cd/m^2
-  double solid_angle = 0;  // sr
+  ViewDirection middle = {};  // by luminance times solid angle
+  double luminance = 0;       // mean, cd/m^2
+  double solid_angle = 0;     // sr
   double position_index = 1;
   double illuminance = 0;  // lx, at the eye, of a plane across the line of sight
   std::size_t pixels = 0;

@@ -87,7 +87,7 @@ constexpr Efficacy kSunEfficacies[kClasses] = {
     {105.75, 0.77, -1.26, -34.44}, {101.18, 1.58, -1.10, -8.29},
 };
 
-constexpr double kLeastBrightness = 0.01;
+constexpr double kLeastBrightness = 0.01, kMostBrightness = 0.6;
 
 }  // namespace
 
@@ -104,7 +104,7 @@ PerezWeather perez_weather(const Irradiances& measured, double sun_zenith, doubl
 SkyPattern perez_pattern(const PerezWeather& weather, double sun_zenith) {
   const int index = class_of(weather.clearness);
   const Class& fit = kPatterns[index];
-  double brightness = std::max(weather.brightness, kLeastBrightness);
+  double brightness = std::clamp(weather.brightness, kLeastBrightness, kMostBrightness);
   if (weather.clearness > 1.065 && weather.clearness < 2.8) brightness = std::max(brightness, 0.2);
   SkyPattern pattern;
   pattern.a = fit.a.at(sun_zenith, brightness);
@@ -125,7 +125,7 @@ Daylight perez_daylight(const Irradiances& measured, const PerezWeather& weather
                         double dew_point_celsius) {
   const int index = class_of(weather.clearness);
   const double water = std::exp(0.07 * dew_point_celsius - 0.075);  // of the air above, cm
-  const double brightness = std::max(weather.brightness, kLeastBrightness);
+  const double brightness = std::clamp(weather.brightness, kLeastBrightness, kMostBrightness);
   const Efficacy &sky = kSkyEfficacies[index], &sun = kSunEfficacies[index];
   const double sky_efficacy =
       sky.a + sky.b * water + sky.c * std::cos(sun_zenith) + sky.d * std::log(brightness);

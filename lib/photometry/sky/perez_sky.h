@@ -23,12 +23,12 @@ struct PerezWeather {
 PerezWeather perez_weather(const Irradiances& measured, double sun_zenith, double outside);
 
 /// Pattern of the sky [Perez1993], with the coefficients of that paper and its erratum. Where the paper's fit
-/// is left, three bounds hold, which Radiance has as well but for the last: a brightness of 0.01 at least, of
-/// 0.2 in classes of clearness from 1.065 to 2.8, and no gradation that grows beyond all bounds at the
-/// horizon.
+/// is left, bounds hold: those of Radiance's gendaylit (a brightness of 0.01 to 0.6, of 0.2 at least in
+/// classes of clearness from 1.065 to 2.8), and no gradation that grows beyond all bounds at the horizon.
 SkyPattern perez_pattern(const PerezWeather& weather, double sun_zenith);
 
-/// Illuminances by the luminous efficacies of sun and sky [Perez1990, table 4].
+/// Illuminances by the luminous efficacies of sun and sky [Perez1990, table 4], brightness within the same
+/// bounds.
 Daylight perez_daylight(const Irradiances& measured, const PerezWeather& weather, double sun_zenith,
                         double dew_point_celsius);
 

@@ -8,8 +8,8 @@
 namespace tessera::photometry {
 
 struct Sky {
-  SkyPattern pattern;
-  HorizonDirection sun;
+  SkyPattern pattern = {};
+  HorizonDirection sun = {};
   double luminance_scale = 0;         // cd/m^2 of a relative luminance of 1
   double sun_normal_illuminance = 0;  // lx, of a surface that faces the sun; the sun is not in luminance()
   double ground_luminance = 0;        // cd/m^2 of all directions below the horizon

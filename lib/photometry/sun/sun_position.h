@@ -24,9 +24,9 @@ absl::Status check_place(const Place& place);
 absl::Status check_time(const ClockTime& time);
 
 struct SunPosition {
-  HorizonDirection toward;      // as it is seen, lifted by refraction
-  double altitude_degrees = 0;  // the same
-  double azimuth_degrees = 0;   // from north through east
+  HorizonDirection toward = {};  // as it is seen, lifted by refraction
+  double altitude_degrees = 0;   // the same
+  double azimuth_degrees = 0;    // from north through east
   double distance_au = 1;
 };
 

@@ -1,13 +1,12 @@
 #include "photometry/weather/epw.h"
 
 #include <algorithm>
+#include <cctype>
+#include <charconv>
 #include <cmath>
 #include <optional>
 #include <utility>
 
-#include "absl/strings/ascii.h"
-#include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "base/printable.h"
 
@@ -22,19 +21,27 @@ struct Field {
   int column = 1;
 };
 
+constexpr std::string_view kBlanks = " \t\r\v\f";
+
 /// The text of a line between commas, without blanks around it.
 std::vector<Field> fields_of(std::string_view line) {
   std::vector<Field> fields;
-  std::size_t begin = 0;
-  while (true) {
+  for (std::size_t begin = 0; begin <= line.size();) {
     const std::size_t end = std::min(line.find(',', begin), line.size());
-    std::string_view word = line.substr(begin, end - begin);
-    const std::string_view lead = absl::StripLeadingAsciiWhitespace(word);
-    fields.push_back({absl::StripTrailingAsciiWhitespace(lead),
-                      static_cast<int>(begin + (word.size() - lead.size())) + 1});
-    if (end == line.size()) return fields;
+    const std::size_t first = std::min(line.find_first_not_of(kBlanks, begin), end);
+    std::string_view word = line.substr(first, end - first);
+    word = word.substr(0, word.find_last_not_of(kBlanks) + 1);
+    fields.push_back({word, static_cast<int>(first) + 1});
     begin = end + 1;
   }
+  return fields;
+}
+
+bool is_blank(std::string_view line) { return line.find_first_not_of(kBlanks) == std::string_view::npos; }
+
+bool equals_ignoring_case(std::string_view a, std::string_view b) {
+  return std::ranges::equal(
+      a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
 /// What a field of an hour's line may hold.
@@ -78,10 +85,10 @@ class EpwReader {
   EpwReader(std::string_view text, std::vector<WeatherFault>& faults) : text_(text), faults_(faults) {}
 
   Weather run() {
-    if (absl::StartsWith(text_, "\xEF\xBB\xBF")) text_.remove_prefix(3);
+    if (text_.starts_with("\xEF\xBB\xBF")) text_.remove_prefix(3);
     read_header();
     while (next_line()) {
-      if (!absl::StripAsciiWhitespace(line_).empty()) read_hour();
+      if (!is_blank(line_)) read_hour();
     }
     check_end();
     if (found_ > kMostFaults)
@@ -98,7 +105,7 @@ class EpwReader {
     if (at_ >= text_.size()) return false;
     const std::size_t end = std::min(text_.find('\n', at_), text_.size());
     line_ = text_.substr(at_, end - at_);
-    if (absl::EndsWith(line_, "\r")) line_.remove_suffix(1);
+    if (line_.ends_with('\r')) line_.remove_suffix(1);
     at_ = end + 1;
     ++number_;
     return true;
@@ -106,7 +113,10 @@ class EpwReader {
 
   std::optional<double> number(const Field& field, const char* what) {
     double value = 0;
-    if (absl::SimpleAtod(field.text, &value) && std::isfinite(value)) return value;
+    const char* const end = field.text.data() + field.text.size();
+    const char* const begin = field.text.data() + field.text.starts_with('+');
+    const auto [read, error] = std::from_chars(begin, end, value);
+    if (error == std::errc() && read == end && std::isfinite(value)) return value;
     fault(field.column, absl::StrCat(what, ": '", base::printable(field.text), "' is no number"));
     return std::nullopt;
   }
@@ -129,7 +139,7 @@ class EpwReader {
 
   void read_location() {
     const std::vector<Field> fields = fields_of(line_);
-    if (!absl::EqualsIgnoreCase(fields[0].text, "LOCATION")) {
+    if (!equals_ignoring_case(fields[0].text, "LOCATION")) {
       return fault(1, "not a weather file of EnergyPlus: its first line begins with LOCATION");
     }
     if (fields.size() < 10) {
@@ -155,7 +165,7 @@ class EpwReader {
       }
       if (i == 0) read_location();
       const std::vector<Field> fields = fields_of(line_);
-      if (!absl::EqualsIgnoreCase(fields[0].text, "DATA PERIODS")) continue;
+      if (!equals_ignoring_case(fields[0].text, "DATA PERIODS")) continue;
       if (fields.size() < 3) {
         fault(1, "DATA PERIODS does not say how many records an hour has");
       } else if (const auto records = number(fields[2], "records an hour"); records && *records != 1) {

@@ -16,8 +16,9 @@ namespace tessera::photometry {
 struct WeatherHour {
   int year = 0, month = 0, day = 0, hour = 0;  // hour: 1 to 24
   int line = 0;                                // of the file, from 1
-  std::optional<double> dew_point_celsius;
-  std::optional<double> global_horizontal, direct_normal, diffuse_horizontal;  // irradiances, W/m^2
+  std::optional<double> dew_point_celsius = {};
+  std::optional<double> global_horizontal = {}, direct_normal = {},
+                        diffuse_horizontal = {};  // irradiances, W/m^2
 };
 
 /// Fields of WeatherHour that may be missing.

@@ -133,9 +133,9 @@ TEST(Epw, LocatesWhatIsWrong) {
   EXPECT_THAT(faults_with(0, "city,a,b"), HasSubstr("not a weather file of EnergyPlus"));
   EXPECT_THAT(faults_with(7, "DATA PERIODS,1,4,Data"), HasSubstr("8:16: 4 records an hour"));
   EXPECT_THAT(faults_with(8, "1999,1,1,1,0,f,10,5,70,101300,0,1400,300,0,many,0"),
-              HasSubstr("9:46: direct normal radiation: 'many' is no number"));
+              HasSubstr("9:44: direct normal radiation: 'many' is no number"));
   EXPECT_THAT(faults_with(8, "1999,1,1,1,0,f,10,5,70,101300,0,1400,300,0,-3,0"),
-              HasSubstr("9:46: direct normal radiation -3 is not within 0 and 9999"));
+              HasSubstr("9:44: direct normal radiation -3 is not within 0 and 9999"));
   EXPECT_THAT(faults_with(8, "1999,1,1,1,0,f,10"), HasSubstr("9:1: an hour has 7 values; 16 are expected"));
   EXPECT_THAT(faults_with(9, "1999,1,1.5,1,0,f,10,5,70,101300,0,1400,300,0,0,0"), HasSubstr("10:8: day 1.5"));
   EXPECT_THAT(faults_with(9, "1999,2,30,1,0,f,10,5,70,101300,0,1400,300,0,0,0"),
