@@ -71,7 +71,9 @@ bool moves(const v1::Light& light) {
   return false;
 }
 
-bool comes_from_infinity(const v1::Light& light) { return light.has_infinite() || light.has_distant(); }
+bool comes_from_infinity(const v1::Light& light) {
+  return light.has_infinite() || light.has_distant() || light.has_sky();
+}
 
 /// Whether builders make triangles of the shape where an algorithm knows nothing else.
 bool has_triangles(const v1::Shape& shape) {

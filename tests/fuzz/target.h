@@ -20,9 +20,9 @@ struct Target {
 extern const Target kExr;
 // ---- client/import
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene, kLens;
-// ---- proto/wire, lib/images, lib/layers, lib/expression
+// ---- proto/wire, lib/images, lib/layers, lib/expression, lib/photometry
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression, kPhaseBlob,
-    kPackedInstances;
+    kPackedInstances, kWeather;
 // ---- server
 extern const Target kJournal, kUpload, kWebRequest;
 // ---- client/command, client/denoise

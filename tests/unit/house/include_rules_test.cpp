@@ -21,10 +21,11 @@ using Rooms = std::set<std::string>;
 /// A folder, and the rooms that its files may include from (besides the standard library and packages).
 const std::map<std::string, Rooms>& rules() {
   static const std::map<std::string, Rooms> rules = {
-      {"proto/wire", {"wire", "base", "layers", "optics", "spectra", "tessera/v1"}},
+      {"proto/wire", {"wire", "base", "layers", "optics", "photometry", "spectra", "tessera/v1"}},
       {"lib/tables", {"tables"}},
       {"lib/spectra", {"spectra", "base"}},
       {"lib/optics", {"optics", "base", "spectra"}},
+      {"lib/photometry", {"photometry", "base"}},
       {"lib/base", {"base"}},
       {"lib/images", {"images", "base"}},
       {"lib/layers", {"layers"}},
@@ -95,7 +96,7 @@ const std::map<std::string, Rooms>& rules() {
                                "render/core",     "render/film",   "render/light",  "render/medium",
                                "render/query",    "render/sensor", "render/shape",  "base",
                                "expression",      "layers",        "images",        "optics",
-                               "spectra",         "wire",          "tessera/v1"}},
+                               "photometry",      "spectra",       "wire",          "tessera/v1"}},
   };
   return rules;
 }

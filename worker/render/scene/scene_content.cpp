@@ -14,6 +14,7 @@
 #include "render/core/stopped.h"
 #include "render/scene/diffuse/diffuse_scene.h"
 #include "render/scene/light/light_builder.h"
+#include "render/scene/light/light_values.h"
 #include "render/scene/material/material_builder.h"
 #include "render/scene/medium/medium_builder.h"
 #include "render/scene/placement/motion.h"
@@ -66,7 +67,8 @@ struct ArrayBuilders {
                        .algorithm = algorithm,
                        .textures = textures,
                        .spectral = spectral,
-                       .warnings = &warnings},
+                       .warnings = &warnings,
+                       .cd_per_m2 = luminance_of_radiance(scene.units())},
                       arrays.lights};
 
   absl::Status run() {

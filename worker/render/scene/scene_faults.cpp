@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/scene/diffuse/diffuse_scene.h"
 #include "render/scene/light/light_builder.h"
+#include "render/scene/light/light_values.h"
 #include "render/scene/material/material_builder.h"
 #include "render/scene/medium/medium_builder.h"
 #include "render/scene/placement/motion.h"
@@ -248,7 +249,13 @@ class FaultFinder {
   MediumNames media_;
   MaterialBuilder materials_{textures_, material_table_, warnings_, false};
   MeshAttributes attributes_{textures_.attribute_names(), blobs_, texture_table_};
-  LightBuilder lights_{{space_, blobs_, algorithm_, textures_, true}, light_table_};
+  LightBuilder lights_{{.space = space_,
+                        .blobs = blobs_,
+                        .algorithm = algorithm_,
+                        .textures = textures_,
+                        .headers_alone = true,
+                        .cd_per_m2 = luminance_of_radiance(scene_.units())},
+                       light_table_};
 };
 
 /// Counts of each object, without what its instances place, and of the world.

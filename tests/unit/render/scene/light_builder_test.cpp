@@ -4,12 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "photometry/sky/sky_map.h"
 #include "render/light/light_source.h"
+#include "render/scene/light/sky_light.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {
@@ -262,6 +266,78 @@ TEST_F(LightBuilderTest, NamesTheLightAtFault) {
   EXPECT_THAT(area("scale: inf"), HasSubstr("area light: its scale is not finite"));
   EXPECT_THAT(area("texture: 'x'"), HasSubstr("area light: no texture x"));
   EXPECT_THAT(area("interpolated_normal_pick: 2"), HasSubstr("area light: a probability"));
+}
+
+/// Integral over all directions of the luminance of a map of equal cells, times the cosine with +z above the
+/// horizon: radiances times 683 are luminances.
+double horizontal_illuminance(const Environment& map) {
+  double sum = 0;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const double up = photometry::direction_of_map((x + 0.5) / map.width, (y + 0.5) / map.height).up;
+      sum += std::max(up, 0.0) * map.texels[static_cast<std::size_t>(4 * (y * map.width + x) + 1)];
+    }
+  }
+  return 683 * sum * 4 * std::numbers::pi / (map.width * map.height);
+}
+
+TEST_F(LightBuilderTest, SkiesAreAMapAndASun) {
+  ASSERT_TRUE(
+      add("lights { sky { cie_type: 12 toward_sun { y: 3 z: 4 } diffuse_horizontal_illuminance: 12000 "
+          "sun_normal_illuminance: 80000 resolution: 128 } }")
+          .ok());
+  ASSERT_EQ(table_.lights.size(), 2u);
+  EXPECT_THAT(table_.infinite_lights, ElementsAre(0, 1));
+  const Environment &sky = table_.environments[0], &sun = table_.environments[1];
+  EXPECT_EQ(sky.width, 128);
+  // Middles of cells instead of means over them, and the ground in cells on the horizon.
+  EXPECT_NEAR(horizontal_illuminance(sky) / 12'000, 1, 1e-3);
+  // The flux counts cells whole, the last of which is half lit: 32 rows instead of 31.5.
+  EXPECT_EQ(sun.width, 1);
+  EXPECT_NEAR(683 * sun.flux / 80'000, std::pow(32 / 31.5, 2), 1e-3);
+  // +y of the column's space is towards the sun.
+  EXPECT_NEAR(sun.render_from_light.m[1], 0, 1e-6);
+  EXPECT_NEAR(sun.render_from_light.m[5], 0.6, 1e-6);
+  EXPECT_NEAR(sun.render_from_light.m[9], 0.8, 1e-6);
+}
+
+TEST_F(LightBuilderTest, SunsOfSkiesMayBeParallelLight) {
+  ASSERT_TRUE(
+      add("lights { sky { cie_type: 12 toward_sun { y: 3 z: 4 } sun_normal_illuminance: 68300 sun_degrees: 0 "
+          "sun_color { rgb { r: 1 g: 1 b: 0 } } resolution: 8 } scale: 0.5 }")
+          .ok());
+  ASSERT_EQ(table_.lights.size(), 2u);
+  EXPECT_EQ(table_.lights[1].kind, LightKind::kDistant);
+  EXPECT_NEAR(table_.lights[1].direction[2], -0.8, 1e-6);
+  // 68,300 lx are 100 W/m^2, half of them, of a yellow with that luminance: 0.9278 of its red and green.
+  EXPECT_NEAR(table_.lights[1].radiance[0], 50 / 0.9278, 1e-3);
+  EXPECT_NEAR(table_.lights[1].radiance[1], 50 / 0.9278, 1e-3);
+  EXPECT_EQ(table_.lights[1].radiance[2], 0);
+}
+
+TEST_F(LightBuilderTest, SkiesWithoutASunAreOneLight) {
+  const std::string overcast =
+      "lights { sky { cie_type: 16 diffuse_horizontal_illuminance: 9000 resolution: 16 } }";
+  ASSERT_TRUE(add(overcast + " lights { distant { direction { z: 1 } irradiance { constant: 1 } } }").ok());
+  ASSERT_EQ(table_.lights.size(), 2u);
+  EXPECT_EQ(table_.lights[1].kind, LightKind::kDistant);
+  EXPECT_EQ(records_of(message<v1::Scene>(overcast).lights(0)), 1);
+  EXPECT_EQ(records_of(message<v1::Light>("sky { cie_type: 12 }")), 2);
+  EXPECT_EQ(records_of(message<v1::Light>("point { }")), 1);
+  EXPECT_TRUE(has_parallel_sun(message<v1::SkyLight>("cie_type: 12 sun_degrees: 0")));
+  EXPECT_FALSE(has_parallel_sun(message<v1::SkyLight>("cie_type: 12")));
+  EXPECT_FALSE(has_parallel_sun(message<v1::SkyLight>("cie_type: 1 sun_degrees: 0")));
+}
+
+TEST_F(LightBuilderTest, SkiesThatMakeNoSenseAreRefused) {
+  EXPECT_THAT(refusal("sky { cie_type: 20 toward_sun { z: 1 } }"), HasSubstr("light 0 (lamp)"));
+  EXPECT_THAT(refusal("sky { cie_type: 20 toward_sun { z: 1 } }"), HasSubstr("no CIE sky of type 20"));
+  EXPECT_THAT(refusal("sky { cie_type: 5 toward_sun { z: 1 } sky_color { constant: 0 } }"),
+              HasSubstr("sky_color has no luminance"));
+  EXPECT_THAT(refusal("sky { cie_type: 5 toward_sun { z: 1 } } motion { time: 1 }"),
+              HasSubstr("a sky does not move while the shutter is open"));
+  EXPECT_THAT(refusal("sky { cie_type: 5 toward_sun { z: 1 } } amount { value: 3 unit: 'lx' }"),
+              HasSubstr("not in an amount"));
 }
 
 }  // namespace

@@ -142,6 +142,7 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   if (light.has_sky() && !light.motion().empty())
     return absl::InvalidArgumentError("daylight stands still: motion keys are of other lights");
   if (light.has_infinite()) return add_infinite(light.infinite(), light.motion(), scale);
+  if (light.has_sky()) return add_sky(light, scale);
   LightRecord record;
   LightWay way;
   if (auto s = set_kind(light, scale, record, way); !s.ok()) return s;
@@ -181,6 +182,7 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
       if (auto s = place(light.goniometric(), light.motion(), record, way); !s.ok()) return s;
       return set_texture(light.goniometric().texture(), record);
     case v1::Light::kInfinite:
+    case v1::Light::kSky:
     case v1::Light::KIND_NOT_SET:
       break;
   }

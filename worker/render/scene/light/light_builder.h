@@ -7,6 +7,7 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "photometry/sky/sky.h"
 #include "render/light/light_build.h"
 #include "render/light/light_table.h"
 #include "render/light/moving_lights.h"
@@ -33,6 +34,7 @@ struct LightInputs {
   bool headers_alone = false;
   SpectralBuilder* spectral = nullptr;           // jobs of wavelengths only
   std::vector<std::string>* warnings = nullptr;  // null: nobody is warned
+  double cd_per_m2 = 683;                        // luminance of a radiance of 1 (SceneUnits)
 };
 
 class LightBuilder {
@@ -88,6 +90,15 @@ class LightBuilder {
   absl::Status add_infinite(const v1::InfiniteLight& light, const MotionKeys& keys, float scale);
   absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale) const;
   absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
+
+  // sky_light.cpp
+  /// A sky with its ground, and a record for its sun behind it.
+  absl::Status add_sky(const v1::Light& light, float scale);
+  absl::Status add_sun(const v1::SkyLight& light, const photometry::Sky& sky, float scale);
+  absl::Status add_map(TextureImage image, EnvironmentMapping mapping, float scale,
+                       const Affine& world_from_light);
+  /// A colour with a luminance of 1, and `latest_` as of set_color().
+  absl::StatusOr<spectra::Rgb> color_of_sky(bool is_said, const v1::Spectrum& spectrum, const char* field);
 
   const LightInputs inputs_;
   LightTable& table_;
