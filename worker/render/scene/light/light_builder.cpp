@@ -139,8 +139,6 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   roughness_.clear();
-  if (light.has_sky() && !light.motion().empty())
-    return absl::InvalidArgumentError("daylight stands still: motion keys are of other lights");
   if (light.has_infinite()) return add_infinite(light.infinite(), light.motion(), scale);
   if (light.has_sky()) return add_sky(light, scale);
   LightRecord record;
