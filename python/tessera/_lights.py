@@ -11,35 +11,84 @@ import numpy.typing as npt
 
 from tessera._mesh import encode_pfm
 from tessera._scene_message import SceneMessage
-from tessera._values import Vector, checked, matrix_message, point_message, spectrum_message
+from tessera._values import (
+    Amount,
+    Vector,
+    amount_message,
+    checked,
+    matrix_message,
+    point_message,
+    spectrum_message,
+)
 from tessera.v1 import light_pb2, value_pb2
 
 
 class Lights(SceneMessage):
     """The part of a scene that shines without a surface."""
 
-    def light(self, message: light_pb2.Light) -> None:
-        """Any light of the scene language."""
+    def units(self, metres: float | None = None, cd_per_m2: float | None = None) -> None:
+        """What numbers of the scene stand for: the length of its unit, and the luminance of a radiance whose
+        luminance is 1 (683 where nothing is said). Lights in lm and cd, and photometric files, need the length."""
+        for name, value in (("metres", metres), ("cd_per_m2", cd_per_m2)):
+            if value is None:
+                continue
+            if not 0 < value < float("inf"):
+                raise ValueError(f"{name}: expected a number above 0, not {value}")
+            setattr(self.message.units, name, value)
+
+    def light(self, message: light_pb2.Light, amount: Amount | None = None) -> None:
+        """Any light of the scene language. `amount`: how bright it is, in place of what its spectrum says, such
+        as (800, "lm"), (300, "cd") or (1000, "lx"); docs/units-of-light.md has all units."""
+        if amount is not None:
+            message.amount.CopyFrom(amount_message(amount))
         self.message.lights.append(checked(message))
 
-    def point_light(self, position: Vector, intensity: float | Vector, radius: float = 0.0) -> None:
-        """`intensity`: W/sr. With a `radius`, the light comes from a sphere that is no surface: its shadows are
-        soft, nothing shows it, and it throws no shadow."""
+    def point_light(
+        self,
+        position: Vector,
+        intensity: float | Vector = 1.0,
+        radius: float = 0.0,
+        amount: Amount | None = None,
+    ) -> None:
+        """`intensity`: W/sr, or the colour alone where there is an `amount` ("lm", "cd", "W" or "W/sr"). With a
+        `radius`, the light comes from a sphere that is no surface: its shadows are soft, nothing shows it, and it
+        throws no shadow."""
         kind = light_pb2.PointLight(
             position=point_message(position), intensity=spectrum_message(intensity), radius=radius
         )
-        self.light(light_pb2.Light(point=kind))
+        self.light(light_pb2.Light(point=kind), amount)
+
+    def photometric_light(
+        self,
+        file: str | Path | bytes,
+        world_from_light: npt.ArrayLike | None = None,
+        color: float | Vector = 1.0,
+        scale: float = 1.0,
+        amount: Amount | None = None,
+    ) -> None:
+        """A lamp that shines as an IES or EULUMDAT file (or its bytes) says, times `scale` or as bright as
+        `amount`. Light space has gamma 0, mostly downwards, along -z, and plane C0 along +x."""
+        kind = light_pb2.GoniometricLight(intensity=spectrum_message(color))
+        if world_from_light is not None:
+            kind.world_from_light.CopyFrom(matrix_message(world_from_light) or value_pb2.Matrix())
+        message = light_pb2.Light(goniometric=kind, scale=scale)
+        checked(message)
+        name = "lamp.ies" if isinstance(file, bytes) else Path(file).name
+        data = file if isinstance(file, bytes) else Path(file).read_bytes()
+        message.goniometric.photometric_file.CopyFrom(self._add_blob(data, name))
+        self.light(message, amount)
 
     def spot_light(
         self,
         position: Vector,
         target: Vector,
-        intensity: float | Vector,
+        intensity: float | Vector = 1.0,
         cone_angle: float = 30.0,
         cone_delta: float = 5.0,
         radius: float = 0.0,
+        amount: Amount | None = None,
     ) -> None:
-        """`intensity` on the axis, W/sr; `cone_angle`: half of the cone's, which falls off over its last
+        """`intensity` on the axis, W/sr, or the colour alone where there is an `amount`; `cone_angle`: half of the cone's, which falls off over its last
         `cone_delta`; `radius` as of `point_light`."""
         kind = light_pb2.SpotLight(
             position=point_message(position),
@@ -49,20 +98,24 @@ class Lights(SceneMessage):
             cone_delta_degrees=cone_delta,
             radius=radius,
         )
-        self.light(light_pb2.Light(spot=kind))
+        self.light(light_pb2.Light(spot=kind), amount)
 
-    def distant_light(self, direction: Vector, irradiance: float | Vector) -> None:
-        """Travels along `direction`; `irradiance` on a surface that faces it, W/m^2."""
+    def distant_light(
+        self, direction: Vector, irradiance: float | Vector = 1.0, amount: Amount | None = None
+    ) -> None:
+        """Travels along `direction`; `irradiance` on a surface that faces it, W/m^2, or the colour alone where
+        there is an `amount` ("lx" or "W/m2")."""
         kind = light_pb2.DistantLight(
             direction=point_message(direction), irradiance=spectrum_message(irradiance)
         )
-        self.light(light_pb2.Light(distant=kind))
+        self.light(light_pb2.Light(distant=kind), amount)
 
     def environment(
         self,
         radiance: float | Vector | npt.NDArray[np.floating[Any]] | str | Path,
         scale: float = 1.0,
         world_from_light: npt.ArrayLike | None = None,
+        amount: Amount | None = None,
     ) -> None:
         """Light from all directions: a colour, or a picture by latitude and longitude as an array (height,
         width, 3) or a file. Light space has y up; the middle of the picture is at +z, a quarter at +x."""
@@ -76,7 +129,7 @@ class Lights(SceneMessage):
             kind.radiance.CopyFrom(spectrum_message(radiance))
         if world_from_light is not None:
             kind.world_from_light.CopyFrom(matrix_message(world_from_light) or value_pb2.Matrix())
-        self.light(light_pb2.Light(infinite=kind))
+        self.light(light_pb2.Light(infinite=kind), amount)
 
     def daylight(
         self,

@@ -8,7 +8,17 @@ import numpy.typing as npt
 
 from tessera._mesh import encode_mesh
 from tessera._scene_message import SceneMessage
-from tessera._values import Color, Material, Vector, checked, matrix_message, spectrum_message, translate
+from tessera._values import (
+    Amount,
+    Color,
+    Material,
+    Vector,
+    amount_message,
+    checked,
+    matrix_message,
+    spectrum_message,
+    translate,
+)
 from tessera.v1 import scene_pb2, shape_pb2, value_pb2
 
 
@@ -24,9 +34,11 @@ class Shapes(SceneMessage):
         two_sided: bool = False,
         name: str = "",
         to: scene_pb2.Object | None = None,
+        amount: Amount | None = None,
     ) -> shape_pb2.Shape:
         """Adds any shape of the scene language to the scene, or `to` an object. `transform`: world from
-        object; `emission`: radiance on the side of the normal, or on both."""
+        object; `emission`: radiance on the side of the normal, or on both, in W/(m^2 sr), or the colour alone
+        where there is an `amount` ("lm", "W", "cd/m2", ...)."""
         message.material = material or ""
         message.name = name
         if transform is not None:
@@ -36,6 +48,8 @@ class Shapes(SceneMessage):
             message.area_light.radiance.CopyFrom(radiance)
             message.area_light.texture = emission if isinstance(emission, str) else ""
             message.area_light.two_sided = two_sided
+            if amount is not None:
+                message.area_light.amount.CopyFrom(amount_message(amount))
         shapes = self.message.shapes if to is None else to.shapes
         shapes.append(checked(message))
         added: shape_pb2.Shape = shapes[-1]  # a copy
@@ -74,10 +88,11 @@ class Shapes(SceneMessage):
         material: Material | None = None,
         emission: Color | None = None,
         name: str = "",
+        amount: Amount | None = None,
     ) -> shape_pb2.Shape:
         message = shape_pb2.Shape(sphere=shape_pb2.Sphere(radius=radius))
         x, y, z = (float(c) for c in center)
-        return self.shape(message, material, translate(x, y, z), emission, name=name)
+        return self.shape(message, material, translate(x, y, z), emission, name=name, amount=amount)
 
     def box(
         self, low: Vector, high: Vector, material: Material | None = None, name: str = ""
@@ -94,11 +109,12 @@ class Shapes(SceneMessage):
         emission: Color | None = None,
         two_sided: bool = False,
         name: str = "",
+        amount: Amount | None = None,
     ) -> shape_pb2.Shape:
         """A polygon, its corners counterclockwise about its normal; u goes along its first edge."""
         flat = [float(c) for corner in corners for c in corner]
         message = shape_pb2.Shape(polygon=shape_pb2.Polygon(corners=flat))
-        return self.shape(message, material, None, emission, two_sided, name)
+        return self.shape(message, material, None, emission, two_sided, name, amount=amount)
 
     def object(self, name: str) -> scene_pb2.Object:
         """A group of shapes (`to`), placed by `instance`."""

@@ -6,19 +6,20 @@ import hashlib
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any, NewType, TypeVar, Union
+from typing import Any, NewType, Tuple, TypeVar, Union
 
 import numpy as np
 import numpy.typing as npt
 from google.protobuf.message import Message
 
-from tessera.v1 import blob_ref_pb2, material_pb2, value_pb2
+from tessera.v1 import blob_ref_pb2, light_pb2, material_pb2, value_pb2
 
 Material = NewType("Material", str)
 Texture = NewType("Texture", str)
 Vector = Union[Sequence[float], npt.NDArray[np.floating[Any]]]
 Color = Union[float, Vector, Texture]  # grey, or three numbers, or what varies over the surface
 Number = Union[float, Texture]
+Amount = Tuple[float, str]  # a value and its unit: (800, "lm")
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,14 @@ def spectrum_message(color: float | Vector) -> value_pb2.Spectrum:
         return value_pb2.Spectrum(constant=float(color))
     r, g, b = (float(c) for c in color)
     return value_pb2.Spectrum(rgb=value_pb2.Rgb(r=r, g=g, b=b))
+
+
+def amount_message(amount: Amount) -> light_pb2.LightAmount:
+    """How bright a light is; ValueError for values below 0."""
+    value, unit = amount
+    if not value >= 0:
+        raise ValueError(f"an amount of light is 0 or more, not {value} {unit}")
+    return light_pb2.LightAmount(value=float(value), unit=unit)
 
 
 def color_message(color: Color | None) -> value_pb2.SpectrumValue | None:

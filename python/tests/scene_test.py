@@ -101,6 +101,30 @@ class SceneTest(unittest.TestCase):
         self.assertEqual((pinhole.hole_mm, pinhole.film_distance_mm, pinhole.film_gauge), (0.3, 60, "4x5"))
         self.assertEqual((pinhole.scene_distance, pinhole.diffraction), (2, pinhole.STRAIGHT))
 
+    def test_lights_have_amounts_and_files(self) -> None:
+        scene = tessera.Scene()
+        scene.units(metres=0.01)
+        scene.point_light((0, 0, 1), amount=(800, "lm"))
+        scene.spot_light((0, 0, 1), (0, 0, 0), (1, 0.5, 0.2), amount=(300, "cd"))
+        scene.distant_light((0, 0, -1), amount=(1000, "lx"))
+        scene.environment(1, amount=(5000, "cd/m2"))
+        scene.rectangle([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)], emission=1, amount=(36, "W"))
+        with tempfile.TemporaryDirectory() as folder:
+            lamp = Path(folder) / "lamp.ies"
+            lamp.write_text("IES:LM-63-2019\nTILT=NONE\n")
+            scene.photometric_light(lamp, tessera.translate(0, 0, 3), scale=0.5)
+        lights = scene.message.lights
+        self.assertEqual([light.amount.unit for light in lights], ["lm", "cd", "lx", "cd/m2", ""])
+        self.assertEqual(scene.message.shapes[0].area_light.amount.value, 36)
+        self.assertEqual(scene.message.units.metres, 0.01)
+        file = lights[4].goniometric.photometric_file
+        self.assertEqual((file.path, lights[4].scale), ("lamp.ies", 0.5))
+        self.assertIn(file.digest, scene.blobs)
+        with self.assertRaisesRegex(ValueError, "an amount of light is 0 or more, not -1 lm"):
+            scene.point_light((0, 0, 1), amount=(-1, "lm"))
+        with self.assertRaisesRegex(ValueError, "metres: expected a number above 0"):
+            scene.units(metres=0)
+
     def test_meshes_that_make_no_sense_are_refused(self) -> None:
         square = [(0, 0, 0), (1, 0, 0), (1, 1, 0)]
         for arrays, what in (

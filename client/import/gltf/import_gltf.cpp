@@ -100,7 +100,7 @@ void write_scene(Context& context) {
   MaterialTable materials(context, textures);
   const Extent extent = write_shapes(context, buffers, accessors, materials, nodes);
   if (context.diagnostics.has_errors()) return;
-  write_lights(context, nodes);
+  write_lights(context, buffers, nodes);
   write_camera(context, nodes, extent);
   write_settings(context);
 }

@@ -5,15 +5,7 @@
 #include <numbers>
 
 namespace tessera::client::gltf {
-namespace {
 
-constexpr std::uint32_t kFilmWidth = 1280, kFilmHeight = 720;
-constexpr double kDegrees = 180 / std::numbers::pi;
-/// The factor by which Blender's exporter multiplies the watts of lamps by (PBR_WATTS_TO_LUMENS); for suns it
-/// does not.
-constexpr double kBlenderLumensPerWatt = 683;
-
-/// The axes of a node at length 1, and where it is. Nothing where an axis has no length.
 std::optional<Imath::M44d> without_scale(Imath::M44d t) {
   for (int r = 0; r < 3; ++r) {
     const double norm = length({t[r][0], t[r][1], t[r][2]});
@@ -23,6 +15,14 @@ std::optional<Imath::M44d> without_scale(Imath::M44d t) {
   if (!inverse(t)) return std::nullopt;
   return t;
 }
+
+namespace {
+
+constexpr std::uint32_t kFilmWidth = 1280, kFilmHeight = 720;
+constexpr double kDegrees = 180 / std::numbers::pi;
+/// The factor by which Blender's exporter multiplies the watts of lamps by (PBR_WATTS_TO_LUMENS); for suns it
+/// does not.
+constexpr double kBlenderLumensPerWatt = 683;
 
 void set_film(Context& context, double aspect) {
   v1::Film& film = *context.scene.mutable_film();
@@ -132,6 +132,8 @@ class LightWriter {
     const std::string generator = text_of(member(&context.document, "asset"), "generator");
     from_blender_ = generator.find("glTF Blender I/O") != std::string::npos;
   }
+
+  bool is_from_blender() const { return from_blender_; }
 
   void write(const Node& node, const Json& light, const std::string& place) {
     const std::string type = text_of(&light, "type");
@@ -250,7 +252,7 @@ void write_camera(Context& context, const std::vector<Node>& nodes, const Extent
   write_motion(motion, message);
 }
 
-void write_lights(Context& context, const std::vector<Node>& nodes) {
+void write_lights(Context& context, BufferTable& buffers, const std::vector<Node>& nodes) {
   constexpr const char* kLights = "KHR_lights_punctual";
   LightWriter writer(context);
   const Json* all = extension(&context.document, kLights);
@@ -259,6 +261,12 @@ void write_lights(Context& context, const std::vector<Node>& nodes) {
     if (index && node.is_in_scene)
       writer.write(node, *element(all, "lights", *index),
                    below(below(below("/extensions", kLights), "lights"), *index));
+    if (node.is_in_scene) write_light_profile(context, buffers, node);
+  }
+  // Converters know neither lengths nor luminances.
+  if (!context.is_converted) {
+    context.scene.mutable_units()->set_metres(1);
+    if (!writer.is_from_blender()) context.scene.mutable_units()->set_cd_per_m2(1);
   }
   // Surfaces that glow are no reason to leave out a sky that was asked for: most are lamps of a dashboard.
   if (!context.scene.lights().empty()) return;

@@ -5,6 +5,7 @@
 
 #include "import/input/concat.h"
 #include "import/input/light_image.h"
+#include "import/lamp/lamp_file.h"
 #include "import/pbrt/matter/spectrum_values.h"
 
 namespace tessera::client::pbrt {
@@ -120,12 +121,41 @@ void write_projection(LightInput& in, v1::Light& light) {
     in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
 }
 
+/// A goniometric light of a photometric file, as bright as that says; with a power, as bright as other lights of
+/// that power.
+void write_lamp_file(LightInput& in, const std::string& file, double power, v1::Light& light) {
+  std::vector<std::string> warnings;
+  absl::StatusOr<v1::BlobRef> blob =
+      add_lamp_file(in.context.resolve(file), file, in.context.blobs, warnings);
+  for (const std::string& warning : warnings) in.warn(warning);
+  if (!blob.ok()) {
+    in.diagnostics().error(in.parameters.where(), std::string(blob.status().message()));
+    return;
+  }
+  *light.mutable_goniometric()->mutable_photometric_file() = *std::move(blob);
+  if (!(power > 0)) return;
+  // Powers of pbrt's lights are of radiances with a luminance of 1, which stands for 683 cd/m2 here.
+  constexpr double kLumens = 683;
+  light.mutable_amount()->set_value(kLumens * power);
+  light.mutable_amount()->set_unit("lm");
+}
+
 void write_goniometric(LightInput& in, v1::Light& light) {
   v1::GoniometricLight& goniometric = *light.mutable_goniometric();
+  const double own_scale = in.scale;
   *goniometric.mutable_intensity() = in.spectrum("I");
   const double power = in.get_float("power", -1);
   double mean = 1;
   const std::string file = in.parameters.get_string("filename", "", in.diagnostics());
+  // pbrt's own maps have y and z the other way round; a lamp hangs under +y.
+  const Imath::M44d swap_yz(1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
+  write_matrix(swap_yz * in.world_from_light, *goniometric.mutable_world_from_light());
+  if (in.world_from_light_end != nullptr)
+    write_all_elements(swap_yz * *in.world_from_light_end, *goniometric.mutable_world_from_light_end());
+  if (is_lamp_file(file)) {
+    in.scale = own_scale;  // the spectrum's luminance does not count
+    return write_lamp_file(in, file, power, light);
+  }
   if (file.empty()) {
     in.warn("goniometric light: without \"string filename\" it shines evenly");
   } else if (const std::optional<LightImage> image = decode(in.context, in.parameters, file)) {
@@ -142,11 +172,6 @@ void write_goniometric(LightInput& in, v1::Light& light) {
     goniometric.set_texture(
         light_texture(in.context, in.textures, in.parameters, file, v1::ImageTexture::NEAREST));
   }
-  // Its map has y and z the other way round.
-  const Imath::M44d swap_yz(1, 0, 0, 0, 0, 0, 1, 0, 0, 1, 0, 0, 0, 0, 0, 1);
-  write_matrix(swap_yz * in.world_from_light, *goniometric.mutable_world_from_light());
-  if (in.world_from_light_end != nullptr)
-    write_all_elements(swap_yz * *in.world_from_light_end, *goniometric.mutable_world_from_light_end());
   if (power > 0) in.scale *= power / (4 * std::numbers::pi * mean);
 }
 

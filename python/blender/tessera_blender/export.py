@@ -100,6 +100,7 @@ class Exporter:
 
     def export(self) -> Scene:
         self._follow_motion()
+        self.scene.units(metres=self._blender.unit_settings.scale_length or 1.0)
         self._film()
         self._camera()
         self._world()
@@ -261,6 +262,8 @@ class Exporter:
         power = np.array(data.color[:]) * data.energy
         if not power.any():
             return
+        if data.use_nodes and self._photometric_lamp(lamp, data, placings, power):
+            return
         if data.use_nodes:
             self._materials.warn(f"lamp {lamp.name}: its nodes are left out")
         if data.type == "SUN":
@@ -285,6 +288,39 @@ class Exporter:
             return
         if len(placings) > 1:
             self._move_lamp(lamp, placings)
+
+    def _photometric_lamp(self, lamp: Any, data: Any, placings: list[tuple[float, Any]], power: Any) -> bool:
+        """A lamp whose nodes have one IES texture shines as that file says, as bright as Cycles has it: its
+        candela are lumens a steradian of white light of 177.83 lm/W, times the lamp's watts and the texture's
+        strength. Whether it is one."""
+        nodes = [node for node in data.node_tree.nodes if node.type == "TEX_IES"]
+        if data.type not in {"POINT", "SPOT"} or len(nodes) != 1:
+            return False
+        node = nodes[0]
+        if node.mode == "INTERNAL":
+            if node.ies is None:
+                return False
+            file = node.ies.as_string().encode()
+        else:
+            path = Path(bpy.path.abspath(node.filepath))
+            if not path.is_file():
+                self._materials.warn(f"lamp {lamp.name}: {node.filepath} is not there; its nodes are left out")
+                return False
+            file = path.read_bytes()
+        strength = 1.0 if node.inputs["Strength"].is_linked else float(node.inputs["Strength"].default_value)
+        # Cycles' horizontal angles begin at -y and grow towards -x.
+        turn = np.array([[0, -1, 0, 0], [-1, 0, 0, 0], [0, 0, 1, 0], [0, 0, 0, 1]], dtype=np.float64)
+        color = power / max(power)
+        luminance = float(np.dot(color, (0.2126, 0.7152, 0.0722)))
+        # Cycles knows no unit of length.
+        cycles = 683 / 177.83 * self.scene.message.units.metres**2
+        scale = float(max(power)) * luminance * strength * cycles
+        place, last = (_unscaled(placings[i][1]) @ turn for i in (0, -1))
+        self.scene.photometric_light(file, place, color, scale)
+        if len(placings) > 1:
+            end = self.scene.message.lights[-1].goniometric.world_from_light_end
+            end.elements.extend(float(x) for x in last.flat)
+        return True
 
     def _move_lamp(self, lamp: Any, placings: list[tuple[float, Any]]) -> None:
         """Has the last light go through the placings; a point has no directions."""

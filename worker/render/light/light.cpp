@@ -1,5 +1,8 @@
 #include "render/light/light.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "render/color/texture.h"
 #include "render/light/light_access.h"
 #include "render/light/moving_lights.h"
@@ -40,6 +43,23 @@ const LightModel* common_model(const LightTable& table, Int light, Mask active) 
 
 const LightSource& source(LightKind kind) { return light_model(kind); }
 
+/// Points of a square for rays first, first + 1, ...: two of the four dimensions of a Kronecker sequence by
+/// the powers of the root of x^5 = x + 1 [Roberts 2018].
+Vec2 kronecker_points(std::int32_t first, int dimension) {
+  constexpr double kRoot = 1.1673039782614187;
+  Float coordinates[2];
+  for (int d = 0; d < 2; ++d) {
+    const double step = std::pow(kRoot, -(dimension + d + 1));
+    alignas(64) float u[kWidth];
+    for (int i = 0; i < kWidth; ++i) {
+      const double turns = 0.5 + step * (first + i + 1.0);
+      u[i] = std::min(static_cast<float>(turns - std::floor(turns)), 1 - 0x1p-24f);
+    }
+    coordinates[d] = Float::load(u);
+  }
+  return {coordinates[0], coordinates[1]};
+}
+
 std::optional<LightKind> kind_on_shape(ShapeKind shape) {
   for (std::size_t i = 0; i < models.size(); ++i) {
     const auto kind = static_cast<LightKind>(i);
@@ -57,6 +77,23 @@ void set_model(LightKind kind, const LightModel& model) { models.set(kind, model
 LightSources light_sources() { return {&source, &kind_on_shape}; }
 
 LightKind add_light_model(const LightModel& model) { return models.add(model); }
+
+std::array<double, kBands> LightModel::emitted_flux(const LightTable& table, std::int32_t light,
+                                                    std::int32_t rays) const {
+  std::array<double, kBands> sum{};
+  for (std::int32_t first = 0; first < rays; first += kWidth) {
+    const Mask active = Mask::first(rays - first);
+    const Emission emission =
+        emit(table, Int(light), Float(0.0f), kronecker_points(first, 0), kronecker_points(first, 2), active);
+    for (int band = 0; band < kBands; ++band) {
+      alignas(64) float flux[kWidth];
+      select_or_zero(active & emission.valid, emission.flux.c[band]).store(flux);
+      for (const float one : flux) sum[static_cast<std::size_t>(band)] += one;
+    }
+  }
+  for (double& band : sum) band /= std::max(rays, 1);
+  return sum;
+}
 
 LightSample sample_light(const LightTable& table, Int light, const Receiver& from, Vec2 u, Mask active) {
   LightSample result;

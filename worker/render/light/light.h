@@ -1,6 +1,8 @@
 // The interface of the light models. One model a file; all models are stateless.
 #pragma once
 
+#include <array>
+
 #include "render/color/spectrum.h"
 #include "render/core/model_table.h"
 #include "render/core/vec.h"
@@ -82,6 +84,9 @@ class LightModel : public LightSource {
   /// light's geometric normal has this cosine with it (both unused by lights without one).
   virtual EmissionDensity emission_density(const LightTable& table, Int light, Float time, Vec3 point,
                                            Float cosine, Vec3 direction, Mask active) const = 0;
+
+  std::array<double, kBands> emitted_flux(const LightTable& table, std::int32_t light,
+                                          std::int32_t rays) const final;
 };
 
 /// The model of a kind.

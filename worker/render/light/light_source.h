@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 #include <vector>
@@ -50,6 +51,12 @@ class LightSource {
   virtual double power(const LightTable& table, const LightRecord& light) const = 0;
   /// Not asked of lights at infinity.
   virtual LightBounds bounds(const LightTable& table, const LightRecord& light) const = 0;
+  /// R, G and B of the flux in watts that light `light` of the table emits when the shutter opens, textures
+  /// and all: the mean of so many rays, the same for the same table. Not asked of lights at infinity.
+  virtual std::array<double, kBands> emitted_flux(const LightTable& table, std::int32_t light,
+                                                  std::int32_t rays) const {
+    return {};
+  }
   /// Appends the lights of a shape of the kind traits.surface. `light` has what all of them share.
   virtual void append(const ShapeTable& shapes, const ShapeRecord& shape, const LightRecord& light,
                       float interpolated_pick, std::vector<LightRecord>& lights) const {}

@@ -68,10 +68,11 @@ struct ArrayBuilders {
                        .textures = textures,
                        .spectral = spectral,
                        .warnings = &warnings,
-                       .cd_per_m2 = luminance_of_radiance(scene.units())},
+                       .scale = SceneScale::of(scene.units()).value_or(SceneScale{})},
                       arrays.lights};
 
   absl::Status run() {
+    if (auto s = SceneScale::of(scene.units()).status(); !s.ok()) return s;
     if (auto s = textures.build(scene.textures()); !s.ok()) return s;
     if (auto s = media.build(scene.media(), algorithm, warnings); !s.ok()) return s;
     throw_if_stopped(stop);
@@ -355,6 +356,7 @@ absl::StatusOr<std::shared_ptr<const SceneContent>> ContentBuild::finish() {
       !s.ok())
     return s;
   throw_if_stopped(parts_->options.stop);
+  if (auto s = builders.lights.settle_amounts(); !s.ok()) return s;
   set_footprint_traits(arrays, content.tables);
   const float* const centre = content.accelerator->bounding_centre();
   const float radius = content.accelerator->bounding_radius();

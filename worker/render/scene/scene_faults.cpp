@@ -64,6 +64,7 @@ class FaultFinder {
         textures_(space_, images_, texture_table_, settings.texture_filter) {}
 
   void run() {
+    faults_.add(scene_, "", SceneScale::of(scene_.units()).status());
     textures_.build(scene_.textures(), faults_);
     look_at_media();
     materials_.build(scene_.materials(), faults_);
@@ -254,7 +255,7 @@ class FaultFinder {
                         .algorithm = algorithm_,
                         .textures = textures_,
                         .headers_alone = true,
-                        .cd_per_m2 = luminance_of_radiance(scene_.units())},
+                        .scale = SceneScale::of(scene_.units()).value_or(SceneScale{})},
                        light_table_};
 };
 

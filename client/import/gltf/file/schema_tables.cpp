@@ -161,6 +161,11 @@ constexpr Member kNode[] = {{"camera", kIndex, "cameras"}, {"children", kIndices
                             numbers("scale", 3),           numbers("translation", 3),
                             {"weights", kNumbers},         text("name")};
 constexpr Member kLightOfNode[] = {{"light", kIndex, "KHR_lights_punctual/lights", kNeeded}};
+constexpr Member kProfileOfNode[] = {
+    {"light", kIndex, "EXT_lights_ies/lights", kNeeded}, number("multiplier", 0), color("color")};
+constexpr Member kProfiles[] = {{"lights", kObjects, "lightProfile", kNeeded}};
+constexpr Member kProfile[] = {
+    text("name"), text("uri"), text("mimeType"), {"bufferView", kIndex, "bufferViews"}};
 constexpr Member kInstancing[] = {{"attributes", kIndexMap, "accessors", kNeeded}};
 constexpr Member kSampler[] = {{"magFilter", kCode, "9728 9729"},
                                {"minFilter", kCode, "9728 9729 9984 9985 9986 9987"},
@@ -217,9 +222,12 @@ constexpr Schema kSchemas[] = {{"glTF", kRoot},
                                {"texture", kTexture},
                                {"light", kLight},
                                {"spot", kSpot},
+                               {"lightProfile", kProfile},
                                {"variant", kVariant},
+                               {"glTF/EXT_lights_ies", kProfiles},
                                {"glTF/KHR_lights_punctual", kLights},
                                {"glTF/KHR_materials_variants", kVariants},
+                               {"node/EXT_lights_ies", kProfileOfNode},
                                {"node/KHR_lights_punctual", kLightOfNode},
                                {"node/EXT_mesh_gpu_instancing", kInstancing},
                                {"buffer/EXT_meshopt_compression", kMeshoptBuffer},

@@ -6,7 +6,9 @@
 #include <gtest/gtest.h>
 
 #include <map>
+#include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -76,6 +78,13 @@ class NamedTextures final : public TextureNodes {
   absl::StatusOr<int> filtered_node(const std::string& name) override { return node(name); }
   absl::StatusOr<int> normal_map(const v1::ImageTexture&) override {
     add("a normal map", {});
+    return static_cast<int>(table_.nodes.size()) - 1;
+  }
+  int image_node(TextureImage image) override {
+    TextureNode node;
+    node.kind = TextureKind::kImage;
+    node.image = std::make_shared<const TextureImage>(std::move(image));
+    add("an image", std::move(node));
     return static_cast<int>(table_.nodes.size()) - 1;
   }
   int scaled(int node, float factor) override {

@@ -1,5 +1,8 @@
 // Light from all around: a colour or a map of it, perhaps through a portal.
+#include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +14,34 @@
 #include "render/scene/values/located.h"
 
 namespace tessera::render {
+
+namespace {
+
+/// Mean over all directions of the luminance of a map, whose negative texels count as zero.
+double mean_luminance(const TextureImage& image, EnvironmentMapping mapping) {
+  double sum = 0, weights = 0;
+  for (std::int32_t y = 0; y < image.height; ++y) {
+    // The area of a row of an equal-area map is that of any other.
+    const double weight = mapping == EnvironmentMapping::kLatitudeLongitude
+                              ? std::sin(std::numbers::pi * (y + 0.5) / image.height)
+                              : 1;
+    for (std::int32_t x = 0; x < image.width; ++x) {
+      const std::size_t texel =
+          static_cast<std::size_t>(y) * static_cast<std::size_t>(image.width) + static_cast<std::size_t>(x);
+      double rgb[3];
+      for (std::size_t c = 0; c < 3; ++c)
+        rgb[c] = image.format == TexelFormat::kFloat
+                     ? double{image.texels32[4 * texel + c]}
+                     : double{image.decode[image.texels8[texel] >> (8 * c) & 255]};
+      for (double& band : rgb) band = std::max(band, 0.0);
+      sum += weight * (0.212671 * rgb[0] + 0.715160 * rgb[1] + 0.072169 * rgb[2]);
+    }
+    weights += weight * image.width;
+  }
+  return weights > 0 ? sum / weights : 0;
+}
+
+}  // namespace
 
 absl::Status LightBuilder::set_portal(const v1::InfiniteLight& light, Environment& environment) const {
   if (light.portal().empty()) return absl::OkStatus();
@@ -28,7 +59,8 @@ absl::Status LightBuilder::set_portal(const v1::InfiniteLight& light, Environmen
   return absl::OkStatus();
 }
 
-absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight& light, float scale) const {
+absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight& light, float scale,
+                                                         std::optional<double> mean) const {
   auto world_from_light = Transform::from_proto(light.world_from_light());
   if (!world_from_light.ok()) return world_from_light.status();
   Transform light_from_world;
@@ -56,23 +88,44 @@ absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight
   }
   auto image = load_texture_image(bytes->bytes, light.image().path());
   if (!image.ok()) return image.status();
+  if (mean) {
+    const double own = mean_luminance(*image, mapping);
+    if (!(own > 0) && *mean > 0)
+      return located(absl::InvalidArgumentError("amount: it is black, of which there is no amount"), where);
+    scale = own > 0 ? static_cast<float>(*mean / own) : 0;
+  }
   auto built =
       build_environment(*std::move(image), mapping, scale, world_from_light->to_affine(), compensate);
   if (!built.ok()) return located(built.status(), where);
   return built;
 }
 
-absl::Status LightBuilder::add_infinite(const v1::InfiniteLight& light, const MotionKeys& keys, float scale) {
+absl::Status LightBuilder::add_infinite(const v1::Light& message, float scale) {
+  const v1::InfiniteLight& light = message.infinite();
   if (light.has_scale()) scale *= light.scale();
-  const auto way = way_of_sky(light, keys);
+  const auto way = way_of_sky(light, message.motion());
   if (!way.ok()) return way.status();
-  auto environment = environment_of(light, scale);
-  if (!environment.ok()) return environment.status();
-  if (auto s = set_portal(light, *environment); !s.ok()) return s;
   LightRecord record;
   record.kind = LightKind::kInfinite;
-  if (auto s = set_color(light.radiance(), scale, "radiance", record); !s.ok()) return s;
+  if (auto s = set_color(light.radiance(), message.has_amount() ? 1 : scale, "radiance", record); !s.ok())
+    return s;
   if (light.has_image()) latest_ = {};
+  std::optional<double> radiance;
+  if (message.has_amount()) {
+    const auto amount = read_amount(message.amount(), message);
+    if (!amount.ok()) return amount.status();
+    // Images are of daylight, as far as their colours are.
+    if (light.has_image()) latest_.color = {1, 1, 1};
+    const auto brightness = brightness_of(*amount);
+    latest_ = light.has_image() ? SpectralEmission{} : latest_;
+    if (!brightness.ok()) return brightness.status();
+    // A surface in the open gets pi times an even radiance.
+    radiance = *brightness / (amount->quantity == photometry::Quantity::kIrradiance ? std::numbers::pi : 1);
+  }
+  auto environment = environment_of(light, scale, radiance);
+  if (!environment.ok()) return environment.status();
+  if (auto s = set_portal(light, *environment); !s.ok()) return s;
+  const std::size_t first = table_.lights.size();
   if (way->moves()) {
     environment->light_from_render = environment->render_from_light = Affine{};
     std::vector<Environment>& own = moving().still.environments;
@@ -86,6 +139,7 @@ absl::Status LightBuilder::add_infinite(const v1::InfiniteLight& light, const Mo
     table_.lights.push_back(record);
   }
   note_curve();
+  if (radiance && !light.has_image()) scale_lights(first, table_.lights.size(), *radiance);
   return absl::OkStatus();
 }
 

@@ -128,10 +128,10 @@ absl::Status LightBuilder::add_lights(const Lights& lights) {
 
 void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
   for (int i = 0; i < lights.size() && !faults.full(); ++i) {
-    const std::string place = place_in_scene("light", i, lights[i].name());
-    if (!faults.add(lights[i], place, add_light(lights[i]))) continue;
-    warn_of_color(place);
-    warn_of_roughness(place);
+    place_ = place_in_scene("light", i, lights[i].name());
+    if (!faults.add(lights[i], place_, add_light(lights[i]))) continue;
+    warn_of_color(place_);
+    warn_of_roughness(place_);
   }
 }
 
@@ -139,18 +139,20 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   roughness_.clear();
-  if (light.has_infinite()) return add_infinite(light.infinite(), light.motion(), scale);
+  if (light.has_infinite()) return add_infinite(light, scale);
   if (light.has_sky()) return add_sky(light, scale);
   LightRecord record;
   LightWay way;
-  if (auto s = set_kind(light, scale, record, way); !s.ok()) return s;
+  const std::size_t first = table_.lights.size();
+  const bool has_amount = light.has_amount() || light.goniometric().has_photometric_file();
+  if (auto s = set_kind(light, has_amount ? 1 : scale, record, way); !s.ok()) return s;
   if (way.moves()) {
     if (auto s = add_moving_light(way, record); !s.ok()) return s;
   } else {
     table_.lights.push_back(record);
   }
   note_curve();
-  return absl::OkStatus();
+  return set_amount(light, record, first);
 }
 
 absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record, LightWay& way) {
@@ -175,16 +177,26 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
       if (auto s = place(light.projection(), light.motion(), record, way); !s.ok()) return s;
       return set_projection(light.projection(), record);
     case v1::Light::kGoniometric:
-      record.kind = LightKind::kGoniometric;
-      if (auto s = set_color(light.goniometric().intensity(), scale, "colour", record); !s.ok()) return s;
-      if (auto s = place(light.goniometric(), light.motion(), record, way); !s.ok()) return s;
-      return set_texture(light.goniometric().texture(), record);
+      return set_goniometric(light.goniometric(), light.motion(), scale, record, way);
     case v1::Light::kInfinite:
     case v1::Light::kSky:
     case v1::Light::KIND_NOT_SET:
       break;
   }
   return absl::InvalidArgumentError("its kind is missing or unknown");
+}
+
+absl::Status LightBuilder::set_goniometric(const v1::GoniometricLight& light, const MotionKeys& keys,
+                                           float scale, LightRecord& record, LightWay& way) {
+  record.kind = LightKind::kGoniometric;
+  v1::Spectrum color = light.intensity();
+  // Lamps of files are white where nothing is said.
+  if (light.has_photometric_file() && color.kind_case() == v1::Spectrum::KIND_NOT_SET && !color.has_in_rgb())
+    color.set_constant(1);
+  if (auto s = set_color(color, scale, "colour", record); !s.ok()) return s;
+  if (auto s = place(light, keys, record, way); !s.ok()) return s;
+  return light.has_photometric_file() ? set_photometric_file(light, record)
+                                      : set_texture(light.texture(), record);
 }
 
 absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& record) {
@@ -226,9 +238,9 @@ absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters,
   const std::vector<std::int32_t> instances = instances_by_shape(shapes);
   for (const Emitter& emitter : emitters) {
     const std::int32_t instance = instances[static_cast<std::size_t>(emitter.shape)];
-    if (auto s = add_area_light(emitter, instance, shapes); !s.ok())
-      return located(s, absl::StrCat(emitter.where, ": area light"));
-    warn_of_color(absl::StrCat(emitter.where, ": area light"));
+    place_ = absl::StrCat(emitter.where, ": area light");
+    if (auto s = add_area_light(emitter, instance, shapes); !s.ok()) return located(s, place_);
+    warn_of_color(place_);
   }
   return absl::OkStatus();
 }
@@ -237,7 +249,11 @@ absl::StatusOr<LightRecord> LightBuilder::read_area_light(const v1::AreaLight& l
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
   LightRecord record;
-  if (auto s = set_color(light.radiance(), scale, "radiance", record); !s.ok()) return s;
+  if (auto s = set_color(light.radiance(), light.has_amount() ? 1 : scale, "radiance", record); !s.ok())
+    return s;
+  if (light.has_amount()) {
+    if (auto s = read_amount(light.amount(), light).status(); !s.ok()) return s;
+  }
   if (auto s = set_texture(light.texture(), record); !s.ok()) return s;
   const float pick = light.interpolated_normal_pick();
   if (!(pick >= 0 && pick <= 1)) return absl::InvalidArgumentError("a probability is not within 0 and 1");
@@ -252,6 +268,7 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, std::int32_t i
   const v1::AreaLight& light = *emitter.light;
   const auto record = read_area_light(light);
   if (!record.ok()) return record.status();
+  const std::size_t first = table_.lights.size();
   if (instance >= 0) {
     const InstanceRecord& place = shapes.instances[static_cast<std::size_t>(instance)];
     add_moving_area_light(emitter, *record, place, shapes);
@@ -260,7 +277,7 @@ absl::Status LightBuilder::add_area_light(const Emitter& emitter, std::int32_t i
                        light.interpolated_normal_pick());
   }
   note_curve();
-  return absl::OkStatus();
+  return set_amount(light, instance >= 0, first);
 }
 
 namespace {

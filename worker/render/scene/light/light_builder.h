@@ -1,18 +1,24 @@
 // Lights of a scene's messages -> LightTable.
 #pragma once
 
+#include <cstddef>
+#include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "photometry/lamps/luminaire.h"
 #include "photometry/sky/sky.h"
 #include "render/light/light_build.h"
 #include "render/light/light_table.h"
 #include "render/light/moving_lights.h"
 #include "render/scene/blob_source.h"
+#include "render/scene/light/light_amount.h"
 #include "render/scene/light/moving_light.h"
+#include "render/scene/placement/motion.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/shape/emitter.h"
 #include "render/scene/spectral/spectral_builder.h"
@@ -34,7 +40,7 @@ struct LightInputs {
   bool headers_alone = false;
   SpectralBuilder* spectral = nullptr;           // jobs of wavelengths only
   std::vector<std::string>* warnings = nullptr;  // null: nobody is warned
-  double cd_per_m2 = 683;                        // luminance of a radiance of 1 (SceneUnits)
+  SceneScale scale = {};                         // of the scene's units
 };
 
 class LightBuilder {
@@ -49,6 +55,9 @@ class LightBuilder {
   absl::Status add_lights(const Lights& lights);
   /// The same, but goes on after a fault, until the list is full.
   void add_lights(const Lights& lights, FaultList& faults);
+  /// Makes lights as bright as their amounts say whose textures count for that, once images are decoded.
+  /// InvalidArgument names the light or the shape.
+  absl::Status settle_amounts();
   /// SpectralTables::curve_of_light, once all lights are there.
   std::vector<std::int32_t> curves_by_light() const;
   /// Errors of add_area_lights(), but for the name of the shape.
@@ -62,6 +71,8 @@ class LightBuilder {
   absl::Status add_light(const v1::Light& light);
   /// `way`: from its own space to the world, if it moves.
   absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, LightWay& way);
+  absl::Status set_goniometric(const v1::GoniometricLight& light, const MotionKeys& keys, float scale,
+                               LightRecord& record, LightWay& way);
   absl::Status set_spot(const v1::SpotLight& spot, LightRecord& record);
   absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record);
   /// Where a light with a rotation stands.
@@ -76,6 +87,28 @@ class LightBuilder {
   /// Warns where nothing has the colour of the latest set_color().
   void warn_of_color(const std::string& place);
 
+  // amounts_of_lights.cpp
+  /// A luminaire as its file has it, and its map, which lights that name the same file share.
+  struct FileLight {
+    photometry::Luminaire luminaire;
+    double mean_candelas = 0;
+    int texture = -1;
+  };
+  absl::StatusOr<const FileLight*> file_light(const v1::BlobRef& file);
+  /// Gives `record` the directions of a photometric file.
+  absl::Status set_photometric_file(const v1::GoniometricLight& light, LightRecord& record);
+  /// The amount of a light, by its message or its file; nothing where its spectrum says how bright it is.
+  absl::StatusOr<std::optional<Amount>> amount_of(const v1::Light& light);
+  /// Makes the lights from `first` on, which are those of `light`, as bright as their amount says.
+  absl::Status set_amount(const v1::Light& light, const LightRecord& record, std::size_t first);
+  absl::Status set_amount(const v1::AreaLight& light, bool moves, std::size_t first);
+  /// The factor that records of the latest set_color() need for an amount of 1 in base units of this
+  /// quantity, were they all of it; per m^2 where that is so.
+  absl::StatusOr<double> brightness_of(const Amount& amount);
+  void scale_lights(std::size_t first, std::size_t last, double factor);
+  /// Faults where the lights from `first` on are no plane figure of one normal.
+  absl::Status check_flat(std::size_t first) const;
+
   // moving_light.cpp
   /// The tables of lights that move, which have room for all lights so far.
   MovingLights& moving();
@@ -87,8 +120,10 @@ class LightBuilder {
   void add_moving_records(LightMotion motion, std::vector<LightRecord> own);
 
   // infinite_light.cpp
-  absl::Status add_infinite(const v1::InfiniteLight& light, const MotionKeys& keys, float scale);
-  absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale) const;
+  absl::Status add_infinite(const v1::Light& light, float scale);
+  /// `mean`: that of the map's luminance over all directions, instead of its own times `scale`.
+  absl::StatusOr<Environment> environment_of(const v1::InfiniteLight& light, float scale,
+                                             std::optional<double> mean) const;
   absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
 
   // sky_light.cpp
@@ -105,6 +140,18 @@ class LightBuilder {
   std::shared_ptr<MovingLights> moving_;  // that of the table
   SpectralEmission latest_;               // of the latest set_color()
   std::string roughness_;                 // how far steps of the latest light leave its way
+  /// Lights whose whole light is known once images are decoded.
+  struct PendingAmount {
+    std::string where;
+    std::size_t first = 0, last = 0;
+    double brightness =
+        0;  // wanted: radiance or intensity times area or solid angle, of colours with luminance 1
+    double luminance = 0;  // of their colour
+  };
+  std::vector<PendingAmount> pending_amounts_;
+  std::map<std::string, FileLight> file_lights_;  // by digest
+  bool warned_of_metres_ = false;
+  std::string place_;  // of the light that is added, for messages
   std::vector<std::int32_t> curves_;
 };
 

@@ -129,7 +129,7 @@ absl::Status LightBuilder::add_sky(const v1::Light& light, float scale) {
   const auto color = color_of_sky(light.sky().has_sky_color(), light.sky().sky_color(), "sky_color");
   if (!color.ok()) return color.status();
   // Luminances become radiances here.
-  const auto radiance_scale = static_cast<float>(scale / inputs_.cd_per_m2);
+  const auto radiance_scale = static_cast<float>(scale / inputs_.scale.cd_per_m2);
   const wire::WorldHorizon horizon = wire::horizon_of(light.sky());
   const int size = wire::sky_resolution(light.sky());
   TextureImage map;

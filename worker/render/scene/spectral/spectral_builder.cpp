@@ -8,6 +8,7 @@
 #include "spectra/curve.h"
 #include "spectra/light/daylight.h"
 #include "spectra/light/planck.h"
+#include "spectra/observer/action_spectrum.h"
 #include "spectra/rgb/scene_rgb.h"
 #include "spectra/upsampling/table.h"
 #include "spectra/upsampling/upsample.h"
@@ -130,6 +131,26 @@ SpectralEmission SpectralBuilder::emission_of(const v1::Spectrum& spectrum) {
   const auto [known, is_new] = lights_.try_emplace(key);
   if (is_new) known->second = add_light(spectrum, color, mean);
   return {grey.color, known->second.curve, known->second.unreached};
+}
+
+double SpectralBuilder::weighted_mean(const SpectralEmission& light,
+                                      const std::function<double(double)>& weight) const {
+  const std::span<const float> samples = curve(std::max(light.curve, 0));
+  double sum = 0, whole = 0;
+  for (int i = 0; i < kCurveSamples; ++i) {
+    const double w = weight(nm_of(i));
+    sum += w * samples[static_cast<std::size_t>(i)], whole += w;
+  }
+  // Light that nobody sees has a colour alone.
+  return luminance(light.color) * sum / whole;
+}
+
+double SpectralBuilder::luminance_of(const SpectralEmission& light) const {
+  return weighted_mean(light, [](double nm) { return spectra::photopic().at(nm); });
+}
+
+double SpectralBuilder::mean_of(const SpectralEmission& light) const {
+  return weighted_mean(light, [](double nm) { return nm >= 360 && nm <= 830 ? 1.0 : 0.0; });
 }
 
 SpectralBuilder::Light SpectralBuilder::add_light(const v1::Spectrum& spectrum, const Rgb& color,

@@ -47,6 +47,11 @@ class SpectralBuilder {
 
   SpectralEmission emission_of(const v1::Spectrum& spectrum);
 
+  /// The luminance of light, 1 for one that is 1 at all wavelengths: by V(lambda), of what jobs carry.
+  double luminance_of(const SpectralEmission& light) const;
+  /// Its mean over 360 to 830 nm.
+  double mean_of(const SpectralEmission& light) const;
+
   /// From colours, which the tables have so far, to sigmoids and curves, once nothing asks for colours any
   /// more. Warns of materials, by their names, that have a colour or a texel that no spectrum has.
   void convert(MaterialTable& materials, const TextureTable& textures, const std::vector<std::string>& names,
@@ -63,6 +68,8 @@ class SpectralBuilder {
   UnreachedColor convert(SpectrumSlot& slot);
   void convert(const MediumTable& media, MediumRecord& medium);
   std::span<const float> curve(std::int32_t number) const;
+  /// Sum over the samples of the light's curve times `weight`, a nanometre apart, over that of `weight`.
+  double weighted_mean(const SpectralEmission& light, const std::function<double(double nm)>& weight) const;
 
   SpectralTables& tables_;
   std::map<std::string, Light> lights_;

@@ -1,6 +1,7 @@
 #include "render/scene/texture/texture_builder.h"
 
 #include <cmath>
+#include <memory>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -104,6 +105,14 @@ absl::StatusOr<int> TextureBuilder::normal_map(const v1::ImageTexture& image) {
   const int index = add(*std::move(node));
   need_images(index);
   return index;
+}
+
+int TextureBuilder::image_node(TextureImage image) {
+  TextureNode node;
+  node.kind = TextureKind::kImage;
+  node.image = std::make_shared<const TextureImage>(std::move(image));
+  node.wrap = {WrapMode::kClamp, WrapMode::kClamp};
+  return add(std::move(node));
 }
 
 int TextureBuilder::scaled(int node, float factor) {

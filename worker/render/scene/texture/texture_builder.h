@@ -39,6 +39,7 @@ class TextureBuilder final : public TextureNodes {
   absl::StatusOr<int> exact_node(const std::string& name) override { return variant(name, false); }
   absl::StatusOr<int> filtered_node(const std::string& name) override { return variant(name, true); }
   absl::StatusOr<int> normal_map(const v1::ImageTexture& image) override;
+  int image_node(TextureImage image) override;
   int scaled(int node, float factor) override;
   const TextureTable& table() const override { return table_; }
 

@@ -24,6 +24,8 @@ class TextureNodes {
   virtual absl::StatusOr<int> filtered_node(const std::string& name) = 0;
   /// A node for an image that no texture names.
   virtual absl::StatusOr<int> normal_map(const v1::ImageTexture& image) = 0;
+  /// A node for an image that is there already, looked up between its texels, which clamps.
+  virtual int image_node(TextureImage image) = 0;
   /// A node that is `factor` times `node`.
   virtual int scaled(int node, float factor) = 0;
   /// All nodes that there are.
