@@ -30,6 +30,7 @@ class AxesDrawing {
       y.push_back(point.y);
       if (has_interval(point)) y.insert(y.end(), {point.low, point.high});
     }
+    if (plot.x_range) x = {plot.x_range->low, plot.x_range->high};
     // Along x all is shown, and nothing more: values of a plane begin at its edge.
     if (!x.empty()) {
       const auto [least, most] = std::ranges::minmax(x);

@@ -1,6 +1,8 @@
 // Diagrams with linear axes: bars, and points with error bars.
 #pragma once
 
+#include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -23,6 +25,7 @@ struct AxesPlot {
   std::vector<Bar> bars;
   std::vector<PlotPoint> points;  // joined by lines in their order; NaN parts them
   ScaleKind x_scale = ScaleKind::kLinear;
+  std::optional<ValueRange> x_range{};  // absent: that of bars and points
 };
 
 inline constexpr double kAxesPlotWidth = 560, kAxesPlotHeight = 320;

@@ -99,9 +99,10 @@ class FalseColorDrawing {
       }
     }
     for (const auto& [text, place, behind] : labels_) {
+      // The base line lies below the middle of the letters.
+      const double down = 0.35 * kLabelSize;
       canvas_.text(text,
-                   {place.at.x - 0.35 * kLabelSize * -std::sin(place.turned),
-                    place.at.y + 0.35 * kLabelSize * std::cos(place.turned)},
+                   {place.at.x - down * std::sin(place.turned), place.at.y + down * std::cos(place.turned)},
                    {.size = kLabelSize,
                     .align = TextAlign::kMiddle,
                     .turned = place.turned,
@@ -158,8 +159,10 @@ class FalseColorDrawing {
   }
 
   void draw_legend() {
+    const bool some_missing =
+        std::ranges::any_of(grid_.values, [](double value) { return std::isnan(value); });
     const PageBox bar{layout_.map.x + layout_.map.width + kLegendGap, layout_.map.y + 18, kLegendBar,
-                      std::max(60.0, layout_.map.height - 18)};
+                      std::max(60.0, layout_.map.height - 18 - (some_missing ? 26 : 0))};
     constexpr std::uint32_t kSteps = 256;
     Pixels colors{1, kSteps, {}};
     for (std::uint32_t i = 0; i < kSteps; ++i)
@@ -167,9 +170,19 @@ class FalseColorDrawing {
     canvas_.pixels(bar, colors);
     outline(bar);
     canvas_.text(options_.unit, {bar.x, layout_.map.y + 9}, {.size = 13, .bold = true});
-    const auto above =
-        std::ranges::any_of(grid_.values, [&](double v) { return scale_.place(v) > 1 + 1e-9; });
-    const auto below = std::ranges::any_of(grid_.values, [&](double v) { return scale_.place(v) < -1e-9; });
+    draw_legend_ticks(bar);
+    if (!some_missing) return;
+    const PageBox missing{bar.x, bar.y + bar.height + 12, kLegendBar, 14};
+    canvas_.rectangle(missing, {kMissingColor});
+    canvas_.text("none", {bar.x + bar.width + 8, missing.y + 11}, {.size = 12});
+  }
+
+  void draw_legend_ticks(const PageBox& bar) {
+    const auto is_any = [&](auto&& beyond) {
+      return std::ranges::any_of(grid_.values, [&](double value) { return beyond(scale_.place(value)); });
+    };
+    const bool above = is_any([](double place) { return place > 1 + 1e-9; }),
+               below = is_any([](double place) { return place < -1e-9; });
     for (std::size_t i = 0; i < ticks_.size(); ++i) {
       const double place = scale_.place(ticks_[i].value), y = bar.y + (1 - place) * bar.height;
       const PagePoint mark[] = {{bar.x + bar.width, y}, {bar.x + bar.width + 4, y}};

@@ -139,7 +139,8 @@ std::vector<ScaleTick> ticks_on(const ValueScale& scale, int wanted) {
 }
 
 std::string tick_label(double value, double step) {
-  if (value == 0 || !std::isfinite(value)) return absl::StrFormat("%g", value);
+  if (value == 0) return "0";  // minus zero, too
+  if (!std::isfinite(value)) return absl::StrFormat("%g", value);
   const double size = std::abs(value);
   const int digits = std::max(0, -static_cast<int>(decade_of(step)));
   if (size < 1e6 && (size >= 0.001 || digits <= 3)) return grouped(absl::StrFormat("%.*f", digits, value));

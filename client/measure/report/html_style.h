@@ -25,7 +25,8 @@ h2 { font-size: 18px; margin: 34px 0 8px; border-bottom: 1px solid var(--line); 
 figure { margin: 0 0 12px; }
 figcaption { color: var(--soft); font-size: 13px; }
 svg { display: block; max-width: 100%; height: auto; font-family: system-ui, sans-serif; }
-.maps { display: grid; grid-template-columns: minmax(0, 5fr) minmax(0, 4fr); gap: 12px 28px; align-items: start; }
+.map svg { width: 100%; max-width: 860px; }
+.diagrams { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(300px, 100%), 1fr)); gap: 8px 20px; }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; font-variant-numeric: tabular-nums; }
 th, td { text-align: left; padding: 4px 12px 4px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
@@ -36,7 +37,6 @@ summary { cursor: pointer; margin: 10px 0; }
 .fill-grid { fill: var(--line); } .fill-ground { fill: var(--ground); }
 .stroke-ink { stroke: var(--ink); } .stroke-soft { stroke: var(--soft); } .stroke-data { stroke: var(--data); }
 .stroke-grid { stroke: var(--line); } .stroke-ground { stroke: var(--ground); }
-@media (max-width: 800px) { .maps { grid-template-columns: minmax(0, 1fr); } }
 @media print {
   body { max-width: none; padding: 0; font-size: 11pt; }
   section.plane, figure, tr { break-inside: avoid; }

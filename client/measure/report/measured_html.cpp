@@ -121,11 +121,11 @@ class Report {
     look.title = look.subtitle = "";  // the page says it
     const FalseColorLayout layout = false_color_layout(*grid, look);
     const std::string unit = unit_label(meter.unit);
-    const std::string map =
-        svg_element(layout.page_width, layout.page_height,
-                    absl::StrCat("False-colour map of ", meter.quantity, ", ", meter.name, ": ",
-                                 short_text(summary.least), " to ", short_text(summary.most), " ", unit),
-                    [&](Canvas& canvas) { draw_false_color(canvas, *grid, look); });
+    const std::string map = svg_element(layout.page_width, layout.page_height,
+                                        absl::StrCat("False-colour map of ", meter.quantity, ", ", meter.name,
+                                                     ": ", extreme_text(summary, summary.least), " to ",
+                                                     extreme_text(summary, summary.most), " ", unit),
+                                        [&](Canvas& canvas) { draw_false_color(canvas, *grid, look); });
     std::string diagrams =
         diagram(plane_histogram(meter, *grid, options_.maps), "Histogram of " + meter.name);
     if (plane.columns > 1)
@@ -137,8 +137,8 @@ class Report {
     return absl::StrCat(
         "<section class=\"plane\">",
         element("h2", absl::StrCat(markup_escaped(meter.name), ": ", markup_escaped(meter.quantity))),
-        plane_facts(meter, plane, summary), "<div class=\"maps\"><figure>", map,
-        "</figure><div class=\"diagrams\">", diagrams, "</div></div></section>\n");
+        plane_facts(meter, plane, summary), "<figure class=\"map\">", map,
+        "</figure><div class=\"diagrams\">", diagrams, "</div></section>\n");
   }
 
   std::string plane_facts(const MeasuredMeter& meter, const MeasuredPlane& plane,
@@ -146,8 +146,8 @@ class Report {
     const std::string unit = unit_markup(meter);
     std::string list = "<dl class=\"facts\">";
     append_fact("Mean", absl::StrCat(plus_minus(summary.mean), " ", unit), list);
-    append_fact("Least", absl::StrCat(short_text(summary.least), " ", unit), list);
-    append_fact("Largest", absl::StrCat(short_text(summary.most), " ", unit), list);
+    append_fact("Least", absl::StrCat(extreme_text(summary, summary.least), " ", unit), list);
+    append_fact("Largest", absl::StrCat(extreme_text(summary, summary.most), " ", unit), list);
     append_fact("U<sub>0</sub>, least / mean", absl::StrFormat("%.3f", summary.uniformity_mean), list);
     append_fact("U<sub>1</sub>, least / largest", absl::StrFormat("%.3f", summary.uniformity_most), list);
     append_fact("Cells", absl::StrFormat("%u \u00d7 %u", plane.columns, plane.rows), list);

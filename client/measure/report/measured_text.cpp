@@ -76,9 +76,10 @@ TextRow row_of_figure(const MeasuredMeter& meter, std::string place, const Figur
 
 std::string plane_text(const MeasuredMeter& meter, const MeasuredPlane& plane) {
   const PlaneSummary summary = summary_of(meter, plane);
-  std::string text = absl::StrFormat("%u x %u cells: min %s, max %s, U0 %.3f, U1 %.3f", plane.columns,
-                                     plane.rows, short_text(summary.least), short_text(summary.most),
-                                     summary.uniformity_mean, summary.uniformity_most);
+  std::string text =
+      absl::StrFormat("%u x %u cells: min %s, max %s, U0 %.3f, U1 %.3f", plane.columns, plane.rows,
+                      extreme_text(summary, summary.least), extreme_text(summary, summary.most),
+                      summary.uniformity_mean, summary.uniformity_most);
   if (summary.missing > 0) absl::StrAppend(&text, ", ", summary.missing, " without a value");
   return text;
 }

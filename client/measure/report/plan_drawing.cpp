@@ -15,6 +15,20 @@ namespace {
 constexpr double kPlanLeft = 64, kPlanRight = 24, kPlanTop = 16, kPlanBottom = 46, kLargestPlan = 520;
 constexpr double kPlanAir = 0.08;  // around all places, share of the longer side
 
+/// Writes a meter's number beside the one that stands there already.
+void draw_label(Canvas& canvas, const std::string& label, PagePoint at, std::vector<PagePoint>& labels) {
+  constexpr double kWidth = 20, kHeight = 13;
+  const auto is_taken = [&] {
+    return std::ranges::any_of(labels, [&](const PagePoint& other) {
+      return std::abs(other.x - at.x) < kWidth && std::abs(other.y - at.y) < kHeight;
+    });
+  };
+  // A crowd of meters at one place is not worth a search of the whole plan.
+  for (int i = 0; i < 30 && is_taken(); ++i) at.x += kWidth;
+  labels.push_back(at);
+  canvas.text(label, at, {.size = 12, .bold = true});
+}
+
 }  // namespace
 
 PlanDrawing::PlanDrawing(const Measured& measured, const MeasuredReportOptions& options, double width)
@@ -95,8 +109,8 @@ void PlanDrawing::draw_bounds(Canvas& canvas) const {
   canvas.line(corners, true, {.paint = kPageFaint, .dashed = true});
 }
 
-void PlanDrawing::draw_meter(Canvas& canvas, const MeasuredMeter& meter, const std::string& label) const {
-  const TextStyle style{.size = 12, .bold = true};
+void PlanDrawing::draw_meter(Canvas& canvas, const MeasuredMeter& meter, const std::string& label,
+                             std::vector<PagePoint>& labels) const {
   bool is_labelled = false;
   for (const MeasuredPlane& plane : meter.planes) {
     std::array<PagePoint, 4> corners;
@@ -108,7 +122,7 @@ void PlanDrawing::draw_meter(Canvas& canvas, const MeasuredMeter& meter, const s
         highest = corners[i];
     }
     canvas.line(corners, true, {.paint = kPageData, .width = 1.8});
-    canvas.text(label, {highest.x + 5, highest.y + 15}, style);
+    draw_label(canvas, label, {highest.x + 5, highest.y + 15}, labels);
     is_labelled = true;
   }
   for (std::size_t i = 0; i < meter.readings.size(); ++i) {
@@ -116,7 +130,7 @@ void PlanDrawing::draw_meter(Canvas& canvas, const MeasuredMeter& meter, const s
     if (!std::isfinite(place.x) || is_of_plane(meter, i)) continue;
     const PagePoint at = on_page(place);
     canvas.disc(at, 3.4, kPageData);
-    if (!is_labelled) canvas.text(label, {at.x + 6, at.y - 5}, style);
+    if (!is_labelled) draw_label(canvas, label, {at.x + 6, at.y - 5}, labels);
     is_labelled = true;
   }
 }
@@ -124,8 +138,9 @@ void PlanDrawing::draw_meter(Canvas& canvas, const MeasuredMeter& meter, const s
 void PlanDrawing::draw(Canvas& canvas) const {
   draw_frame(canvas);
   if (options_.has_bounds) draw_bounds(canvas);
+  std::vector<PagePoint> labels;
   for (std::size_t i = 0; i < measured_.meters.size(); ++i)
-    draw_meter(canvas, measured_.meters[i], absl::StrCat(i + 1));
+    draw_meter(canvas, measured_.meters[i], absl::StrCat(i + 1), labels);
 }
 
 }  // namespace tessera::client

@@ -1,6 +1,8 @@
 // A plan: places of meters and planes, seen from above. For the sources of this folder only.
 #pragma once
 
+#include <vector>
+
 #include "measure/measured.h"
 #include "measure/report/measured_html.h"
 #include "plot/canvas.h"
@@ -28,7 +30,8 @@ class PlanDrawing {
   void add(const Flat& point);
   void draw_frame(Canvas& canvas) const;
   void draw_bounds(Canvas& canvas) const;
-  void draw_meter(Canvas& canvas, const MeasuredMeter& meter, const std::string& label) const;
+  void draw_meter(Canvas& canvas, const MeasuredMeter& meter, const std::string& label,
+                  std::vector<PagePoint>& labels) const;
 
   const Measured& measured_;
   const MeasuredReportOptions& options_;

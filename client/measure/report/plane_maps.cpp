@@ -96,6 +96,7 @@ AxesPlot plane_section(const Measured& measured, const MeasuredMeter& meter, con
   const auto cell_at = [](double share, std::uint32_t count) {
     return static_cast<std::size_t>(std::clamp(share * count, 0.0, count - 1.0));
   };
+  if (way.length() > 0) plot.x_range = {0, way.length() * scale};
   Intervals intervals;
   std::size_t before = meter.readings.size();
   for (double i = 0; i < steps; ++i) {

@@ -81,6 +81,10 @@ PlaneSummary summary_of(const MeasuredMeter& meter, const MeasuredPlane& plane) 
   return summary;
 }
 
+std::string extreme_text(const PlaneSummary& summary, double value) {
+  return figure_text(value, std::abs(value) * summary.worst_error).value;
+}
+
 PlaneSize size_of(const MeasuredPlane& plane, double metres_per_unit) {
   const double scale = metres_per_unit > 0 ? metres_per_unit : 1;
   return {plane.edge_u.length() * scale, plane.edge_v.length() * scale, metres_per_unit > 0 ? "m" : "units"};

@@ -29,6 +29,9 @@ struct PlaneSummary {
   double worst_error = 0;      // largest standard error of a cell over its value
 };
 
+/// Least or largest value with the digits that the cells' errors let it have.
+std::string extreme_text(const PlaneSummary& summary, double value);
+
 /// The plane's cells are within the meter's readings (grid_of).
 PlaneSummary summary_of(const MeasuredMeter& meter, const MeasuredPlane& plane);
 

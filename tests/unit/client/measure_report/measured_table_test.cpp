@@ -131,7 +131,7 @@ TEST(MeasuredText, SummarisesPlanes) {
       measured_text(room),
       "meter  place                                                         value  unit  +- standard error"
       "  95 % interval   samples  integrator\n"
-      "floor  mean of 3 x 2 cells: min 1, max 6, U0 0.286, U1 0.167          3.50  lx              +- 0.05"
+      "floor  mean of 3 x 2 cells: min 1.00, max 6.0, U0 0.286, U1 0.167     3.50  lx              +- 0.05"
       "  3.40 to 3.60      24576  path\n"
       "desk   (1, 2, 0.75)                                                  512.3  lx               +- 0.8"
       "  510.7 to 514.0     4096  bdpt\n"
