@@ -140,7 +140,8 @@ AxesPlot histogram_of(std::span<const double> values, const ValueScale& scale, C
   constexpr double kLeastBars = 8, kMostBars = 40;
   std::vector<double> known;
   std::ranges::copy_if(values, std::back_inserter(known), [](double value) { return std::isfinite(value); });
-  AxesPlot plot{.y_label = "cells", .x_scale = scale.kind};
+  AxesPlot plot;
+  plot.y_label = "cells", plot.x_scale = scale.kind;
   const auto count = static_cast<std::size_t>(
       std::clamp(std::round(std::sqrt(static_cast<double>(known.size()))), kLeastBars, kMostBars));
   for (std::size_t i = 0; i < count; ++i) {

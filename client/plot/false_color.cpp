@@ -52,10 +52,7 @@ class FalseColorDrawing {
 
   void draw() {
     draw_titles();
-    const double cell = layout_.map.width / static_cast<double>(grid_.columns);
-    const double side = options_.smooth ? std::max(1.0, std::floor(cell / layout_.pixel)) : 1.0;
-    canvas_.pixels(layout_.map,
-                   false_color_pixels(grid_, scale_, options_, static_cast<std::uint32_t>(side)));
+    canvas_.pixels(layout_.map, colors());
     if (options_.isolines) draw_isolines();
     outline(layout_.map);
     if (has_axes(options_)) draw_axes();
@@ -69,6 +66,18 @@ class FalseColorDrawing {
                                  {box.x + box.width, box.y + box.height},
                                  {box.x, box.y + box.height}};
     canvas_.line(corners, true, {.paint = kPageFaint, .width = 1});
+  }
+
+  /// One pixel a cell, or as many as the page has of them for values between the middles.
+  Pixels colors() const {
+    if (!options_.smooth) return false_color_pixels(grid_, scale_, options_.map);
+    const auto pixels = [&](double length, std::size_t cells) {
+      const double each = length / layout_.pixel / static_cast<double>(cells);
+      return static_cast<std::size_t>(std::max(1.0, std::floor(each)));
+    };
+    const ValueGrid fine = enlarged(grid_, pixels(layout_.map.width, grid_.columns),
+                                    pixels(layout_.map.height, grid_.rows), true);
+    return false_color_pixels(fine, scale_, options_.map);
   }
 
   void draw_titles() {
@@ -214,7 +223,8 @@ FalseColorLayout false_color_layout(const ValueGrid& grid, const FalseColorOptio
   constexpr double kPixel = 0.5;  // points that a pixel of a PNG takes (write_drawing)
   const auto columns = static_cast<double>(std::max<std::size_t>(grid.columns, 1)),
              rows = static_cast<double>(std::max<std::size_t>(grid.rows, 1));
-  FalseColorLayout layout{.pixel = kPixel};
+  FalseColorLayout layout;
+  layout.pixel = kPixel;
   double aspect = rows / columns;  // of the whole map
   if (has_axes(options)) aspect = std::clamp(options.height / options.width, 0.05, 20.0);
   // Wide maps are measured by their width, high ones by their height: whole pixels a cell along that side.
@@ -232,28 +242,24 @@ FalseColorLayout false_color_layout(const ValueGrid& grid, const FalseColorOptio
   return layout;
 }
 
-ValueGrid enlarged(const ValueGrid& grid, std::uint32_t side, bool smooth) {
-  ValueGrid large{grid.columns * side, grid.rows * side, {}};
+ValueGrid enlarged(const ValueGrid& grid, std::size_t across, std::size_t down, bool smooth) {
+  ValueGrid large{grid.columns * across, grid.rows * down, {}};
   large.values.reserve(large.columns * large.rows);
   for (std::size_t y = 0; y < large.rows; ++y) {
+    const double v = (static_cast<double>(y) + 0.5) / static_cast<double>(down);
     for (std::size_t x = 0; x < large.columns; ++x) {
-      const double u = (static_cast<double>(x) + 0.5) / side, v = (static_cast<double>(y) + 0.5) / side;
-      large.values.push_back(smooth ? value_between(grid, u, v) : grid.at(x / side, y / side));
+      const double u = (static_cast<double>(x) + 0.5) / static_cast<double>(across);
+      large.values.push_back(smooth ? value_between(grid, u, v) : grid.at(x / across, y / down));
     }
   }
   return large;
 }
 
-Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, const FalseColorOptions& options,
-                          std::uint32_t side) {
-  const ValueGrid large = side > 1 ? enlarged(grid, side, options.smooth) : ValueGrid{};
-  const ValueGrid& shown = side > 1 ? large : grid;
-  Pixels pixels{static_cast<std::uint32_t>(shown.columns), static_cast<std::uint32_t>(shown.rows), {}};
-  pixels.colors.reserve(shown.values.size());
-  for (const double value : shown.values) {
-    const bool none = std::isnan(value);
-    pixels.colors.push_back(none ? kMissingColor : map_color(options.map, scale.place(value)));
-  }
+Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, ColorMap map) {
+  Pixels pixels{static_cast<std::uint32_t>(grid.columns), static_cast<std::uint32_t>(grid.rows), {}};
+  pixels.colors.reserve(grid.values.size());
+  for (const double value : grid.values)
+    pixels.colors.push_back(std::isnan(value) ? kMissingColor : map_color(map, scale.place(value)));
   return pixels;
 }
 

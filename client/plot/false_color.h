@@ -37,12 +37,11 @@ struct FalseColorLayout {
 /// The page of a map: cells of pictures keep whole pixels of a PNG, small grids are enlarged.
 FalseColorLayout false_color_layout(const ValueGrid& grid, const FalseColorOptions& options);
 
-/// Colours of the cells, `side` pixels each way a cell.
-Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, const FalseColorOptions& options,
-                          std::uint32_t side);
+/// Colours of values; NaN has that of missing ones.
+Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, ColorMap map);
 
-/// The values of `grid` with `side` values each way a cell: equal, or linear between the middles of cells.
-ValueGrid enlarged(const ValueGrid& grid, std::uint32_t side, bool smooth);
+/// The values of `grid` with so many a cell along each side: equal, or linear between the middles of cells.
+ValueGrid enlarged(const ValueGrid& grid, std::size_t across, std::size_t down, bool smooth);
 
 void draw_false_color(Canvas& canvas, const ValueGrid& grid, const FalseColorOptions& options);
 

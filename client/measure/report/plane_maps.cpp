@@ -33,29 +33,26 @@ std::string unit_label(const std::string& unit) {
 FalseColorOptions false_color_of(const Measured& measured, const MeasuredMeter& meter,
                                  const MeasuredPlane& plane, const PlaneMapOptions& options) {
   const PlaneSize size = size_of(plane, measured.metres_per_unit);
-  return {.title = meter.name,
-          .subtitle = axis_label(meter.quantity, unit_label(meter.unit)),
-          .unit = unit_label(meter.unit),
-          .map = options.map,
-          .scale = options.scale,
-          .range = options.range,
-          .isolines = options.isolines,
-          .smooth = options.smooth,
-          .width = size.width,
-          .height = size.height,
-          .length_unit = size.unit};
+  FalseColorOptions look;
+  look.title = meter.name;
+  look.unit = unit_label(meter.unit);
+  look.subtitle = axis_label(meter.quantity, look.unit);
+  look.map = options.map, look.scale = options.scale, look.range = options.range;
+  look.isolines = options.isolines, look.smooth = options.smooth;
+  look.width = size.width, look.height = size.height, look.length_unit = size.unit;
+  return look;
 }
 
 absl::StatusOr<Image> plane_image(const MeasuredMeter& meter, const MeasuredPlane& plane,
                                   const PlaneMapOptions& options) {
   const absl::StatusOr<ValueGrid> grid = grid_of(meter, plane);
   if (!grid.ok()) return grid.status();
-  const std::uint32_t side = std::max(1u, options.exr_pixels);
+  const std::uint32_t side = std::max<std::uint32_t>(1, options.exr_pixels);
   Image image;
   image.data = image.display = {0, 0, static_cast<std::int32_t>(grid->columns * side),
                                 static_cast<std::int32_t>(grid->rows * side)};
-  add_plane("Y", enlarged(*grid, side, options.smooth), image);
-  add_plane("error.Y", enlarged(errors_of(meter, plane), side, options.smooth), image);
+  add_plane("Y", enlarged(*grid, side, side, options.smooth), image);
+  add_plane("error.Y", enlarged(errors_of(meter, plane), side, side, options.smooth), image);
   image.metadata["tessera.meter"] = meter.name;
   image.metadata["tessera.quantity"] = meter.quantity;
   image.metadata["tessera.unit"] = meter.unit;
@@ -84,9 +81,10 @@ AxesPlot plane_histogram(const MeasuredMeter& meter, const ValueGrid& grid, cons
 AxesPlot plane_section(const Measured& measured, const MeasuredMeter& meter, const MeasuredPlane& plane,
                        const PlaneLine& line) {
   const PlaneSize size = size_of(plane, measured.metres_per_unit);
-  AxesPlot plot{.title = "Section",
-                .x_label = axis_label("distance", size.unit),
-                .y_label = axis_label(meter.quantity, unit_label(meter.unit))};
+  AxesPlot plot;
+  plot.title = "Section";
+  plot.x_label = axis_label("distance", size.unit);
+  plot.y_label = axis_label(meter.quantity, unit_label(meter.unit));
   if (!grid_of(meter, plane).ok()) return plot;
   const double along_u = line.u1 - line.u0, along_v = line.v1 - line.v0;
   const Imath::V3d way = plane.edge_u * along_u + plane.edge_v * along_v;

@@ -22,7 +22,8 @@ bool has_pilot(const v1::JobSpec& spec) { return spec.samples().noise() > 0; }
 
 /// Whether the errors of neighbouring pixels may agree.
 bool pixels_share(const v1::JobSpec& spec) {
-  const wire::AlgorithmTraits* const algorithm = wire::find_algorithm(spec.content().algorithms().integrator());
+  const wire::AlgorithmTraits* const algorithm =
+      wire::find_algorithm(spec.content().algorithms().integrator());
   return spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER ||
          spec.view().path_sharing() > v1::PATH_SHARING_OFF || algorithm == nullptr ||
          algorithm->work != wire::WorkKind::kTiles;
@@ -187,7 +188,8 @@ absl::StatusOr<ShownPicture::Spectrum> ShownPicture::spectrum(std::uint32_t x, s
         const std::size_t pixels = tile.pixel_count(),
                           at = std::size_t{film_y - tile.y0} * (tile.x1 - tile.x0) + (film_x - tile.x0);
         spectrum.samples += tile.counts[at];
-        for (std::size_t b = 0; b < bands_.size(); ++b) sums[b] += tile.values[bands_[b].channel * pixels + at];
+        for (std::size_t b = 0; b < bands_.size(); ++b)
+          sums[b] += tile.values[bands_[b].channel * pixels + at];
       });
   if (!done.ok()) return done;
   for (std::size_t b = 0; b < bands_.size(); ++b) {
@@ -205,7 +207,8 @@ absl::StatusOr<ShownPicture::MeasuredLight> ShownPicture::measure(std::uint32_t 
   constexpr std::uint32_t kHalf = kMeterBlock / 2;
   const std::uint32_t film_x = area_.x0 + x, film_y = area_.y0 + y;
   const PixelArea around = intersection(
-      area_, {film_x - std::min(film_x, kHalf), film_y - std::min(film_y, kHalf), film_x + kHalf, film_y + kHalf});
+      area_,
+      {film_x - std::min(film_x, kHalf), film_y - std::min(film_y, kHalf), film_x + kHalf, film_y + kHalf});
   LightMeter meter(around, *channels);
   const absl::Status done = read_again(around, [&](const wire::TileResult& tile) { meter.add(tile); });
   if (!done.ok()) return done;
@@ -222,8 +225,7 @@ PixelUnits ShownPicture::units() {
     if (units_) return *units_;
   }
   const absl::StatusOr<std::unique_ptr<BlobReader>> scene = views_.scene_of(job_);
-  const auto head =
-      scene.ok() ? read_scene_head(**scene) : absl::StatusOr<v1::Scene>(scene.status());
+  const auto head = scene.ok() ? read_scene_head(**scene) : absl::StatusOr<v1::Scene>(scene.status());
   const PixelUnits units = head.ok() ? pixel_units_of(*head, shape_->spec) : usual_pixel_units(shape_->spec);
   const std::lock_guard lock(mutex_);
   units_ = units;

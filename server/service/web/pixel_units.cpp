@@ -135,7 +135,8 @@ PixelUnits usual_pixel_units(const v1::JobSpec& spec) {
   if (!set_weights(spec, units)) return units;
   units.cd_per_m2 = kUsualCdPerM2, units.radiance = 1;
   units.about =
-      "The scene is not here any more: radiance is taken to be in W/(m\u00b2 sr), with 683 lm/W and no "
+      "The job's scene cannot be read any more: radiance is taken to be in W/(m\u00b2 sr), with 683 lm/W and "
+      "no "
       "exposure.";
   return units;
 }

@@ -31,7 +31,7 @@ absl::StatusOr<v1::Scene> read_scene_head(const BlobReader& scene);
 /// Units of the pixels of a job whose scene has this camera, film and units.
 PixelUnits pixel_units_of(const v1::Scene& head, const v1::JobSpec& spec);
 
-/// Where the scene is not there any more.
+/// Those of a job whose scene is not there any more, or cannot be read.
 PixelUnits usual_pixel_units(const v1::JobSpec& spec);
 
 }  // namespace tessera::server

@@ -30,13 +30,9 @@ Measured example() {
   wall.name = "wall";
   wall.planes[0].edge_v = {0, 0, 2};
   wall.warnings = {"two cells are inside <column>"};
-  MeasuredMeter desk{.name = "desk",
-                     .quantity = "illuminance",
-                     .unit = "lx",
-                     .algorithm = "bdpt",
-                     .readings = {reading_at({1, 2, 0.75}, 512.34, 0.83)}};
-  MeasuredMeter gonio{
-      .name = "gonio", .quantity = "luminous intensity", .unit = "cd", .algorithm = "light", .readings = {}};
+  MeasuredMeter desk = meter_of("desk", "illuminance", "lx", "bdpt");
+  desk.readings = {reading_at({1, 2, 0.75}, 512.34, 0.83)};
+  MeasuredMeter gonio = meter_of("gonio", "luminous intensity", "cd", "light");
   for (int i = 0; i < 40; ++i) {
     gonio.readings.push_back(exact_flux().readings[0]);
     gonio.readings.back().label = "C 0 gamma " + std::to_string(i);
@@ -95,7 +91,7 @@ TEST(MeasuredHtml, TellsThoseWhoCannotSeeIt) {
     EXPECT_STRNE(svg.attribute("aria-label").value(), "");
   }
   EXPECT_THAT(std::string(drawings[1].attribute("aria-label").value()),
-              testing::HasSubstr("illuminance, floor: 1 to 24 lx"));
+              testing::HasSubstr("illuminance, floor: 1.00 to 24 lx"));
 }
 
 TEST(MeasuredHtml, HasEveryMeterWithItsFigures) {
@@ -111,7 +107,8 @@ TEST(MeasuredHtml, HasEveryMeterWithItsFigures) {
   };
   EXPECT_EQ(row_of("desk"), "3|desk|(1, 2, 0.75)|512.3 \u00b1 0.8|lx|510.7 to 514.0|4096|bdpt|");
   EXPECT_EQ(row_of("lamp"), "4|lamp||12.5664|lm|exact|0|closed form|");
-  EXPECT_THAT(row_of("floor"), testing::StartsWith("1|floor|mean of 6 \u00d7 4 cells|12.50 \u00b1 0.03|lx|"));
+  EXPECT_THAT(row_of("floor"),
+              testing::StartsWith("1|floor|mean of 6 \u00d7 4 cells|12.500 \u00b1 0.026|lx|"));
   EXPECT_EQ(all(page, "//details//tr[td]").size(), 40u) << "many figures of one meter are folded";
   EXPECT_THAT(
       std::string(page.select_node("//*[@class='warnings']//li").node().child("b").next_sibling().value()),

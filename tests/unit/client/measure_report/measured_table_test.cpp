@@ -117,11 +117,8 @@ TEST(MeasuredJson, TakesNamesThatAreNoText) {
 }
 
 TEST(MeasuredText, SummarisesPlanes) {
-  MeasuredMeter desk{.name = "desk",
-                     .quantity = "illuminance",
-                     .unit = "lx",
-                     .algorithm = "bdpt",
-                     .readings = {reading_at({1, 2, 0.75}, 512.34, 0.83)}};
+  MeasuredMeter desk = meter_of("desk", "illuminance", "lx", "bdpt");
+  desk.readings = {reading_at({1, 2, 0.75}, 512.34, 0.83)};
   desk.warnings = {"it lies in the shade"};
   Measured room = room_of({floor_of(3, 2), desk, exact_flux()});
   room.wanted_error = 0.01, room.worst_error = 0.0323, room.worst_meter = "desk";

@@ -17,10 +17,16 @@ inline Reading reading_at(const Imath::V3d& position, double value, double error
       .figure = {.value = value, .standard_error = error, .samples = 4096, .degrees_of_freedom = freedom}};
 }
 
+inline MeasuredMeter meter_of(const char* name, const char* quantity, const char* unit,
+                              const char* algorithm) {
+  MeasuredMeter meter;
+  meter.name = name, meter.quantity = quantity, meter.unit = unit, meter.algorithm = algorithm;
+  return meter;
+}
+
 /// A meter with one plane on the floor, 3 x 2 m: values 1 to columns * rows, row by row, with one error.
 inline MeasuredMeter floor_of(std::uint32_t columns, std::uint32_t rows, double error = 0.125) {
-  MeasuredMeter meter{
-      .name = "floor", .quantity = "illuminance", .unit = "lx", .algorithm = "path", .readings = {}};
+  MeasuredMeter meter = meter_of("floor", "illuminance", "lx", "path");
   meter.planes.push_back({.corner = {1, 2, 0},
                           .edge_u = {3, 0, 0},
                           .edge_v = {0, 2, 0},
@@ -39,17 +45,18 @@ inline MeasuredMeter floor_of(std::uint32_t columns, std::uint32_t rows, double 
 /// A reading that is of no place, and exact.
 inline MeasuredMeter exact_flux() {
   constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
-  MeasuredMeter meter{.name = "lamp", .quantity = "flux", .unit = "lm", .readings = {}};
+  MeasuredMeter meter = meter_of("lamp", "flux", "lm", "");
   meter.readings.push_back({.label = "", .position = {kNone, kNone, kNone}, .figure = {.value = 4 * M_PI}});
   return meter;
 }
 
 inline Measured room_of(std::vector<MeasuredMeter> meters) {
-  return {.scene = "room.textproto",
-          .meters_file = "meters.textproto",
-          .metres_per_unit = 1,
-          .seed = 7,
-          .meters = std::move(meters)};
+  Measured measured;
+  measured.scene = "room.textproto", measured.meters_file = "meters.textproto";
+  measured.metres_per_unit = 1;
+  measured.seed = 7;
+  measured.meters = std::move(meters);
+  return measured;
 }
 
 }  // namespace tessera::client

@@ -41,7 +41,7 @@ v1::JobSpec rgb_job() {
 TEST(SceneHead, IsReadWithoutTheRestOfTheScene) {
   v1::Scene scene = scene_with(72983);
   scene.set_name(std::string(3'000'000, 'a'));
-  scene.mutable_packed_instances()->set_transforms(std::string(5'000'000, 'b'));
+  scene.add_textures()->set_name(std::string(5'000'000, 'b'));
   for (int i = 0; i < 1000; ++i) scene.add_shapes()->set_name("shape " + std::to_string(i));
   const TextReader blob(scene.SerializeAsString());
   const auto head = read_scene_head(blob);
@@ -111,7 +111,7 @@ TEST(PixelUnits, AreNoneOfASensorsOwnChannels) {
 TEST(PixelUnits, AreTheUsualOnesWithoutAScene) {
   const PixelUnits units = usual_pixel_units(rgb_job());
   EXPECT_EQ(units.cd_per_m2, 683);
-  EXPECT_NE(units.about.find("not here any more"), std::string::npos);
+  EXPECT_NE(units.about.find("cannot be read any more"), std::string::npos);
 }
 
 }  // namespace
