@@ -88,8 +88,8 @@ class Lights(SceneMessage):
         radius: float = 0.0,
         amount: Amount | None = None,
     ) -> None:
-        """`intensity` on the axis, W/sr, or the colour alone where there is an `amount`; `cone_angle`: half of the cone's, which falls off over its last
-        `cone_delta`; `radius` as of `point_light`."""
+        """`intensity` on the axis, W/sr, or the colour alone where there is an `amount`; `cone_angle`: half of the
+        cone's, which falls off over its last `cone_delta`; `radius` as of `point_light`."""
         kind = light_pb2.SpotLight(
             position=point_message(position),
             target=point_message(target),

@@ -213,9 +213,20 @@ class EulumdatReader {
       for (double& value : l_.values) value = std::max(value, 0.0);
     }
     put_planes(stored);
-    if (const std::string what = fault_of(l_); !what.empty())
-      return fault_at(options_.name, line_of_angles, 0, what);
-    return absl::OkStatus();
+    std::string what = fault_of(l_);
+    if (what.empty()) what = symmetry_fault();
+    return what.empty() ? absl::OkStatus() : fault_at(options_.name, line_of_angles, 0, what);
+  }
+
+  /// Planes that are the same as others have to go from one plane of symmetry to the next.
+  std::string symmetry_fault() const {
+    const int symmetry = l_.eulumdat.symmetry;
+    if (l_.plane_degrees.size() == 1 || symmetry < 2) return "";
+    const double first = symmetry == 3 ? 90 : 0, last = symmetry == 2 ? 180 : symmetry == 3 ? 270 : 90;
+    if (l_.plane_degrees.front() == first && l_.plane_degrees.back() == last) return "";
+    return absl::StrCat("planes of symmetry ", symmetry, " go from ", shortest(l_.plane_degrees.front()),
+                        " to ", shortest(l_.plane_degrees.back()), " degrees; ", shortest(first), " to ",
+                        shortest(last), " was expected");
   }
 
   void put_planes(const StoredPlanes& stored) {

@@ -25,7 +25,8 @@ std::optional<std::string_view> tilt_of(std::string_view line) {
 
 /// The year of a first line such as "IESNA:LM-63-2002"; 1986 for files without.
 int year_of(std::string_view first) {
-  if (!lower(without_blanks(first)).starts_with("ies")) return 1986;
+  const std::string small = lower(without_blanks(first));
+  if (!small.starts_with("iesna") && !small.starts_with("ies:")) return 1986;
   for (const int year : {2019, 2002, 1995}) {
     if (first.find(absl::StrCat("LM-63-", year)) != std::string_view::npos) return year;
   }

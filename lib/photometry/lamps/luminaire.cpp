@@ -183,8 +183,11 @@ std::string fault_of(const Luminaire& l) {
     if (!(l.values[i] >= 0) || !std::isfinite(l.values[i]))
       return absl::StrCat("intensity ", i + 1, ", ", shortest(l.values[i]), ", is negative or not finite");
   }
+  // Beyond that, sums are none.
+  constexpr double kMostCandelas = 1e30;
   const double scale = l.candelas_per_value();
-  if (!(scale >= 0) || !std::isfinite(scale)) return "its multipliers are negative or not finite";
+  if (!(scale >= 0) || !(scale <= kMostCandelas)) return "its multipliers are negative or too large";
+  if (!(std::ranges::max(l.values) * scale <= kMostCandelas)) return "its intensities are too large";
   return "";
 }
 

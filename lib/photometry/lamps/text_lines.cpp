@@ -9,15 +9,15 @@
 namespace tessera::photometry {
 namespace {
 
+constexpr std::string_view kByteOrderMark = "\xef\xbb\xbf";
+
 bool separates(char c) { return c == ' ' || c == '\t' || c == ',' || c == ';' || c == '\f' || c == '\v'; }
 
 }  // namespace
 
 std::vector<std::string_view> lines_of(std::string_view text) {
-  constexpr char kCtrlZ = 26;
-  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);
+  while (text.starts_with(kByteOrderMark)) text.remove_prefix(kByteOrderMark.size());
   const std::size_t end = text.find_first_of(std::string_view("\0\x1a", 2));
-  static_assert(kCtrlZ == '\x1a');
   if (end != std::string_view::npos) text = text.substr(0, end);
   std::vector<std::string_view> lines;
   while (!text.empty()) {
@@ -50,11 +50,14 @@ std::string note_at(const std::string& name, int line, const std::string& what) 
 }
 
 std::string label_text(std::string_view text) {
-  std::string result(without_blanks(text));
+  std::string result(text);
+  for (std::size_t at = result.find(kByteOrderMark); at != std::string::npos;
+       at = result.find(kByteOrderMark))
+    result.replace(at, kByteOrderMark.size(), " ");
   for (char& c : result) {
     if (static_cast<unsigned char>(c) < ' ' || c == 127) c = ' ';
   }
-  return result;
+  return std::string(without_blanks(result));
 }
 
 std::string_view WordReader::next() {

@@ -21,7 +21,7 @@ std::optional<double> file_number(std::string_view word, bool decimal_comma = fa
 absl::Status fault_at(const std::string& name, int line, int column, const std::string& what);
 std::string note_at(const std::string& name, int line, const std::string& what);
 
-/// Printable ASCII and Latin-1 or UTF-8 as it is; control characters become blanks.
+/// The text without blanks at its ends; control characters and marks of byte order become blanks.
 std::string label_text(std::string_view text);
 
 /// Words between blanks, commas and semicolons, from line to line.

@@ -104,6 +104,8 @@ void write_blobs_of_the_sample(const std::filesystem::path& folder) {
   write_bytes(folder / "params.f32", bytes_of<float>({0, 1}));
   write_image(folder / "image.exr", 2, {.2f, .4f, .6f, .8f, .6f, .4f, .2f, .1f, .3f, .9f, .9f, .9f});
   write_image(folder / "sky.exr", 4, std::vector<float>(24, 0.5f));
+  write_bytes(folder / "lamp.ies",
+              "IES:LM-63-2019\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 10\n0 45 90\n0\n100 80 0\n");
 }
 
 BinaryFile binary_ply(bool big_endian) {

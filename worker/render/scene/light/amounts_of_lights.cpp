@@ -102,19 +102,22 @@ absl::StatusOr<double> LightBuilder::brightness_of(const Amount& amount) {
                        "units { metres: ... } does not tell it"));
     }
   }
-  if (!std::isfinite(static_cast<float>(brightness)))
-    return absl::InvalidArgumentError("amount: it is too large");
   return brightness;
 }
 
-void LightBuilder::scale_lights(std::size_t first, std::size_t last, double factor) {
-  const auto scale = [factor](LightRecord& light) {
-    for (float& band : light.radiance) band = static_cast<float>(factor * band);
+absl::Status LightBuilder::scale_lights(std::size_t first, std::size_t last, double factor) {
+  bool finite = std::isfinite(factor);
+  const auto scale = [&](LightRecord& light) {
+    for (float& band : light.radiance) {
+      band = static_cast<float>(factor * band);
+      finite = finite && std::isfinite(band);
+    }
   };
   for (std::size_t i = first; i < last; ++i) {
     scale(table_.lights[i]);
     if (moving_ != nullptr && i < moving_->still.lights.size()) scale(moving_->still.lights[i]);
   }
+  return finite ? absl::OkStatus() : absl::InvalidArgumentError("amount: it is too large");
 }
 
 absl::Status LightBuilder::set_amount(const v1::Light& light, const LightRecord& record, std::size_t first) {
@@ -138,8 +141,7 @@ absl::Status LightBuilder::set_amount(const v1::Light& light, const LightRecord&
     if (!(unit > 0))
       return absl::InvalidArgumentError("amount: its file has no light on the axis; lm or W was expected");
   }
-  scale_lights(first, last, unit > 0 ? *brightness / unit : 0);
-  return absl::OkStatus();
+  return scale_lights(first, last, unit > 0 ? *brightness / unit : 0);
 }
 
 absl::Status LightBuilder::set_amount(const v1::AreaLight& light, bool moves, std::size_t first) {
@@ -150,10 +152,7 @@ absl::Status LightBuilder::set_amount(const v1::AreaLight& light, bool moves, st
   if (!brightness.ok()) return brightness.status();
   const std::size_t last = table_.lights.size();
   if (first == last) return absl::OkStatus();
-  if (amount->quantity == Quantity::kRadiance) {
-    scale_lights(first, last, *brightness);
-    return absl::OkStatus();
-  }
+  if (amount->quantity == Quantity::kRadiance) return scale_lights(first, last, *brightness);
   const double flux_of_intensity = std::numbers::pi * (light.two_sided() ? 2 : 1);
   if (amount->quantity == Quantity::kIntensity) {
     if (auto s = check_flat(first); !s.ok()) return s;
@@ -167,8 +166,7 @@ absl::Status LightBuilder::set_amount(const v1::AreaLight& light, bool moves, st
   for (std::size_t i = first; i < last; ++i)
     area += table_.lights[i].same_as < 0 ? double{table_.lights[i].area} : 0;
   if (!(area > 0)) return absl::InvalidArgumentError("amount: its shape has no area");
-  scale_lights(first, last, *brightness / (flux_of_intensity * area));
-  return absl::OkStatus();
+  return scale_lights(first, last, *brightness / (flux_of_intensity * area));
 }
 
 absl::Status LightBuilder::check_flat(std::size_t first) const {
@@ -202,8 +200,8 @@ absl::Status LightBuilder::settle_amounts() {
     if (!(luminance > 0) && pending.brightness > 0)
       return located(absl::InvalidArgumentError("amount: its texture is black, of which there is no amount"),
                      pending.where);
-    scale_lights(pending.first, pending.last,
-                 pending.brightness > 0 ? pending.brightness * pending.luminance / luminance : 0);
+    const double factor = pending.brightness > 0 ? pending.brightness * pending.luminance / luminance : 0;
+    if (auto s = scale_lights(pending.first, pending.last, factor); !s.ok()) return located(s, pending.where);
   }
   pending_amounts_.clear();
   return absl::OkStatus();

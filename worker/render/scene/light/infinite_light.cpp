@@ -139,7 +139,7 @@ absl::Status LightBuilder::add_infinite(const v1::Light& message, float scale) {
     table_.lights.push_back(record);
   }
   note_curve();
-  if (radiance && !light.has_image()) scale_lights(first, table_.lights.size(), *radiance);
+  if (radiance && !light.has_image()) return scale_lights(first, table_.lights.size(), *radiance);
   return absl::OkStatus();
 }
 

@@ -105,7 +105,8 @@ class LightBuilder {
   /// The factor that records of the latest set_color() need for an amount of 1 in base units of this
   /// quantity, were they all of it; per m^2 where that is so.
   absl::StatusOr<double> brightness_of(const Amount& amount);
-  void scale_lights(std::size_t first, std::size_t last, double factor);
+  /// InvalidArgument where floats do not hold what comes of it.
+  absl::Status scale_lights(std::size_t first, std::size_t last, double factor);
   /// Faults where the lights from `first` on are no plane figure of one normal.
   absl::Status check_flat(std::size_t first) const;
 
