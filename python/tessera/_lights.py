@@ -149,10 +149,10 @@ class Lights(SceneMessage):
         resolution: int = 0,
         name: str = "",
     ) -> None:
-        """The sky, the sun and the ground. Either `cie_type`, 1 to 16, or `perez`: irradiance by the sun, of a surface
-        that faces it, and by the sky, of a horizontal one, W/m^2. The sun is at `toward_sun`, or where it is at a
-        moment, which has a time zone, at a `place` of latitude and longitude in degrees. Illuminances are lx, by
-        default those that are typical. `north_degrees`: from +y (where y is up: -z) clockwise."""
+        """The sky, the sun and the ground. Either `cie_type`, 1 to 16, or `perez`: irradiance by the sun, of a
+        surface that faces it, and by the sky, of a horizontal one, W/m^2. The sun is at `toward_sun`, or where
+        it is at a moment, which has a time zone, at a `place` of latitude and longitude in degrees. Illuminances
+        are lx, by default those that are typical. `north_degrees`: from +y (where y is up: -z) clockwise."""
         if (cie_type is None) == (perez is None):
             raise ValueError("daylight: expected either cie_type or perez")
         kind = light_pb2.SkyLight(north_degrees=north_degrees, y_up=y_up, resolution=resolution)

@@ -4,7 +4,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "photometry/sky/horizon.h"
+#include "photometry/horizon.h"
 
 namespace tessera::photometry {
 

@@ -63,8 +63,7 @@ std::vector<float> sky_map(const Sky& sky, int size) {
     }
   }
   lit *= 4 * std::numbers::pi / static_cast<double>(cells);
-  const double wanted = horizontal_integral(sky.pattern, sky.sun);
-  const double scale = lit > 0 ? sky.luminance_scale * wanted / lit : 0;
+  const double scale = lit > 0 ? diffuse_horizontal_illuminance(sky) / lit : 0;
   std::vector<float> map;
   map.reserve(cells);
   for (const CellMeans& cell : means)

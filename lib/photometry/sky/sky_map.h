@@ -14,8 +14,8 @@ HorizonDirection direction_of_map(double u, double v);
 
 /// Luminances in cd/m^2 of a map of `size` x `size` cells, which have equal solid angles, rows from the top:
 /// each is the mean over its cell of sky and ground (not the sun), by points in it, more of them where the
-/// sun is and where the horizon goes through. The sky's are then scaled, by about 1e-4 at most for 128 cells
-/// and more, such that the map's horizontal illuminance is that of the sky.
+/// sun is and where the horizon goes through. The sky's are then scaled, by some 2e-4 for 128 cells and 1e-5
+/// for 512, such that the map's horizontal illuminance is that of the sky.
 std::vector<float> sky_map(const Sky& sky, int size);
 
 /// The sun as a column of luminances by the angle from its middle: row r of `rows` at pi r / (rows - 1),

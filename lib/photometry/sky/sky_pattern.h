@@ -1,7 +1,7 @@
 // How luminance is distributed over a sky.
 #pragma once
 
-#include "photometry/sky/horizon.h"
+#include "photometry/horizon.h"
 
 namespace tessera::photometry {
 

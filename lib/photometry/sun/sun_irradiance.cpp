@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "photometry/sky/horizon.h"
+#include "photometry/horizon.h"
 
 namespace tessera::photometry {
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "absl/status/status.h"
-#include "photometry/sky/horizon.h"
+#include "photometry/horizon.h"
 
 namespace tessera::photometry {
 

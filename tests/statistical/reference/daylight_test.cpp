@@ -29,10 +29,17 @@ std::string sky(const std::string& fields) {
 /// Radiance of the floor under an illuminance in lx.
 double radiance(double illuminance) { return kReflectance * illuminance / pi / 683; }
 
-void expect_illuminance(const std::string& light, double illuminance, const std::string& integrator = "path",
-                        const std::string& settings = "") {
-  expect_value(measure_picture({.scene = kFloor + light, .integrator = integrator, .settings = settings}),
-               radiance(illuminance));
+PictureRequest floor_under(const std::string& light, const std::string& integrator = "path") {
+  PictureRequest request;
+  request.scene = kFloor + light;
+  request.integrator = integrator;
+  return request;
+}
+
+void expect_illuminance(const std::string& light, double illuminance, const std::string& settings = "") {
+  PictureRequest request = floor_under(light);
+  request.settings = settings;
+  expect_value(measure_picture(request), radiance(illuminance));
 }
 
 /// Within 1e-3: cells of the map that the horizon cuts have half of the ground in them.
@@ -44,7 +51,7 @@ TEST(Daylight, SkiesGiveTheIlluminanceThatTheySay) {
 }
 
 TEST(Daylight, SkiesAreFoundByPathsThatSampleNoLight) {
-  expect_illuminance(sky("cie_type: 4 diffuse_horizontal_illuminance: 20000"), 20'000, "path",
+  expect_illuminance(sky("cie_type: 4 diffuse_horizontal_illuminance: 20000"), 20'000,
                      "direct_light: DIRECT_LIGHT_BSDF");
 }
 
@@ -60,8 +67,8 @@ TEST(Daylight, AlgorithmsThatStartAtLightsSeeTheSame) {
   const std::string both =
       sky("cie_type: 12 diffuse_horizontal_illuminance: 10000 sun_normal_illuminance: 80000");
   for (const char* const integrator : {"bdpt", "light"}) {
-    const Picture path = measure_picture({.scene = kFloor + both});
-    expect_same(path, measure_picture({.scene = kFloor + both, .integrator = integrator}));
+    const Picture path = measure_picture(floor_under(both));
+    expect_same(path, measure_picture(floor_under(both, integrator)));
   }
 }
 
@@ -70,9 +77,9 @@ TEST(Daylight, AlgorithmsThatStartAtLightsSeeTheSame) {
 TEST(Daylight, SunsAreSeenAsBrightAsTheyShine) {
   const std::string camera = R"(
     camera { perspective { fov_degrees: 1 } world_from_camera { elements: [1,0,0,0, 0,0.8,0.6,0, 0,-0.6,0.8,0, 0,0,0,1] } } )";
-  const Picture picture =
-      measure_picture({.scene = camera + sky("cie_type: 5 diffuse_horizontal_illuminance: 0 "
-                                             "sun_normal_illuminance: 68300")});
+  PictureRequest request;
+  request.scene = camera + sky("cie_type: 5 diffuse_horizontal_illuminance: 0 sun_normal_illuminance: 68300");
+  const Picture picture = measure_picture(request);
   const double side = 2 * std::tan(0.5 * pi / 180), expected = 100 / (side * side);
   for (int channel = 0; channel < 3; ++channel)
     EXPECT_NEAR(picture.whole(channel).mean, expected, 6 * picture.whole(channel).error + 1e-3 * expected);
@@ -83,11 +90,9 @@ TEST(Daylight, SunsAreSeenAsBrightAsTheyShine) {
 TEST(Daylight, ColoursKeepTheIlluminance) {
   const std::string white =
       "cie_type: 12 diffuse_horizontal_illuminance: 30000 sun_normal_illuminance: 60000 ";
-  const Picture plain = measure_picture({.scene = kFloor + sky(white)});
-  const Picture coloured = measure_picture(
-      {.scene =
-           kFloor +
-           sky(white + "sky_color { blackbody { kelvin: 9000 } } sun_color { blackbody { kelvin: 5000 } }")});
+  const Picture plain = measure_picture(floor_under(sky(white)));
+  const Picture coloured = measure_picture(floor_under(
+      sky(white + "sky_color { blackbody { kelvin: 9000 } } sun_color { blackbody { kelvin: 5000 } }")));
   const auto luminance = [](const Picture& picture) {
     return 0.2126 * picture.whole(0).mean + 0.7152 * picture.whole(1).mean + 0.0722 * picture.whole(2).mean;
   };

@@ -31,7 +31,9 @@ photometry::Sky sky(const std::string& text) {
   return found.ok() ? *found : photometry::Sky{};
 }
 
-std::string refusal(const std::string& text) { return std::string(sky_of(light(text)).status().message()); }
+std::string refused_sky(const std::string& text) {
+  return std::string(sky_of(light(text)).status().message());
+}
 
 constexpr const char* kHigh = " toward_sun { y: 3 z: 4 } ";  // 53 degrees up in the north
 constexpr const char* kSunAtNoon =
@@ -106,36 +108,39 @@ TEST(SkyLight, HorizonsAreThoseOfTheWorld) {
 }
 
 TEST(SkyLight, RefusesWhatMakesNoSky) {
-  EXPECT_THAT(refusal(kHigh), HasSubstr("needs a model"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 17", kHigh)), HasSubstr("no CIE sky of type 17"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 4000000000", kHigh)), HasSubstr("no CIE sky of type"));
-  EXPECT_THAT(refusal("cie_type: 12"),
+  EXPECT_THAT(refused_sky(kHigh), HasSubstr("needs a model"));
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 17", kHigh)), HasSubstr("no CIE sky of type 17"));
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 4000000000", kHigh)), HasSubstr("no CIE sky of type"));
+  EXPECT_THAT(refused_sky("cie_type: 12"),
               HasSubstr("has its pattern about the sun: it needs toward_sun, or a place"));
-  EXPECT_THAT(refusal("cie_type: 5"), HasSubstr("as is typical for the sun's altitude: it needs toward_sun"));
-  EXPECT_THAT(refusal("cie_type: 5 diffuse_horizontal_illuminance: 9 sun_normal_illuminance: 1"),
+  EXPECT_THAT(refused_sky("cie_type: 5"),
+              HasSubstr("as is typical for the sun's altitude: it needs toward_sun"));
+  EXPECT_THAT(refused_sky("cie_type: 5 diffuse_horizontal_illuminance: 9 sun_normal_illuminance: 1"),
               HasSubstr("has a sun"));
-  EXPECT_EQ(refusal("cie_type: 5 diffuse_horizontal_illuminance: 9"), "");
-  EXPECT_THAT(refusal("cie_type: 12 toward_sun { z: -1 y: 1 }"), HasSubstr("45 degrees below the horizon"));
-  EXPECT_THAT(refusal("cie_type: 12 toward_sun { }"), HasSubstr("toward_sun has no direction"));
-  EXPECT_THAT(refusal("cie_type: 12 when { month: 2 day: 30 year: 2023 }"),
+  EXPECT_EQ(refused_sky("cie_type: 5 diffuse_horizontal_illuminance: 9"), "");
+  EXPECT_THAT(refused_sky("cie_type: 12 toward_sun { z: -1 y: 1 }"),
+              HasSubstr("45 degrees below the horizon"));
+  EXPECT_THAT(refused_sky("cie_type: 12 toward_sun { }"), HasSubstr("toward_sun has no direction"));
+  EXPECT_THAT(refused_sky("cie_type: 12 when { month: 2 day: 30 year: 2023 }"),
               HasSubstr("no day 30 of month 2"));
-  EXPECT_THAT(refusal("cie_type: 12 when { month: 2 day: 3 year: 2023 latitude_degrees: 91 }"),
+  EXPECT_THAT(refused_sky("cie_type: 12 when { month: 2 day: 3 year: 2023 latitude_degrees: 91 }"),
               HasSubstr("latitude 91"));
-  EXPECT_THAT(refusal("cie_type: 12 when { }"), HasSubstr("year 0"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 1 diffuse_horizontal_illuminance: -1", kHigh)),
+  EXPECT_THAT(refused_sky("cie_type: 12 when { }"), HasSubstr("year 0"));
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 1 diffuse_horizontal_illuminance: -1", kHigh)),
               HasSubstr("diffuse_horizontal_illuminance -1"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 1 sun_normal_illuminance: nan", kHigh)),
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 1 sun_normal_illuminance: nan", kHigh)),
               HasSubstr("sun_normal"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 1 ground_reflectance: 1.1", kHigh)),
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 1 ground_reflectance: 1.1", kHigh)),
               HasSubstr("ground_reflectance 1.1"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 1 sun_degrees: 0.001", kHigh)), HasSubstr("sun_degrees 0.001"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 1 resolution: 5000", kHigh)), HasSubstr("resolution 5000"));
-  EXPECT_THAT(refusal(absl::StrCat("cie_type: 1 north_degrees: inf", kHigh)), HasSubstr("north_degrees"));
-  EXPECT_THAT(refusal("perez { diffuse_horizontal_irradiance: 1 }"),
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 1 sun_degrees: 0.001", kHigh)),
+              HasSubstr("sun_degrees 0.001"));
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 1 resolution: 5000", kHigh)), HasSubstr("resolution 5000"));
+  EXPECT_THAT(refused_sky(absl::StrCat("cie_type: 1 north_degrees: inf", kHigh)), HasSubstr("north_degrees"));
+  EXPECT_THAT(refused_sky("perez { diffuse_horizontal_irradiance: 1 }"),
               HasSubstr("a Perez sky needs toward_sun"));
-  EXPECT_THAT(refusal(absl::StrCat("perez { diffuse_horizontal_irradiance: -1 }", kHigh)),
+  EXPECT_THAT(refused_sky(absl::StrCat("perez { diffuse_horizontal_irradiance: -1 }", kHigh)),
               HasSubstr("diffuse_horizontal_irradiance -1"));
-  EXPECT_THAT(refusal("perez { diffuse_horizontal_irradiance: 1 } toward_sun { z: -1 }"),
+  EXPECT_THAT(refused_sky("perez { diffuse_horizontal_irradiance: 1 } toward_sun { z: -1 }"),
               HasSubstr("below the horizon"));
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "layers/layer_rule.h"
+#include "render/scene/light/sky_light.h"
 
 namespace tessera::render {
 
