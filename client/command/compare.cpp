@@ -17,6 +17,7 @@ namespace {
 struct CompareCommandOptions {
   std::string reference;
   std::string test;
+  std::string view_name;  // of files with several views; empty: the first of each
   CompareOptions compared;
   bool spectral = false;
   std::string observer = "cie1931";
@@ -35,9 +36,9 @@ absl::StatusOr<std::string> compare_spectra(const Image& reference, const Image&
 }
 
 int run(const CompareCommandOptions& options) {
-  const auto reference = read_exr(options.reference);
+  const auto reference = read_exr(options.reference, kMostImagePixels, options.view_name);
   if (!reference.ok()) return report(kUsage, std::string{reference.status().message()});
-  auto test = read_exr(options.test);
+  auto test = read_exr(options.test, kMostImagePixels, options.view_name);
   if (!test.ok()) return report(kUsage, std::string{test.status().message()});
   convert_space(space_of(*reference), *test);
   if (options.spectral) {
@@ -62,6 +63,10 @@ void add_compare_command(CommandLine& line) {
   command.add("--block", options->compared.block, "side in pixels of the blocks whose means are compared")
       .in_range(1, 4096)
       .with_default();
+  command
+      .add("--view-name", options->view_name,
+           "of files with several views: this one (default: the first of each)")
+      .type_name("NAME");
   const options::Option spectral =
       command.add_flag("--spectral", options->spectral,
                        "bands of spectral images: error of each, and CIEDE2000 to an observer");

@@ -9,6 +9,7 @@
 #include "command/gltf_choice.h"
 #include "command/interrupt.h"
 #include "command/report/exr_options.h"
+#include "command/report/false_color_options.h"
 #include "command/report/output.h"
 #include "image/color_space.h"
 #include "image/exr.h"
@@ -29,10 +30,12 @@ struct ConvertOptions {
   std::string output;
   GltfOptions gltf;
   ExrFormat exr;
+  std::string view_name;            // of an .exr with several views; empty: the first
   std::vector<std::string> layers;  // layers of the image to write; none: all channels
   // The space of what is seen of a spectral image, and of red, green and blue; empty: their own.
   std::string sensor, rgb_space, white_balance;
   ViewOptions view;
+  FalseColorChoice false_color;
   bool quiet = false;
 };
 
@@ -82,22 +85,33 @@ int convert_image(const ConvertOptions& options) {
     return report(kUsage,
                   "--exposure, --view, --dither and OpenColorIO are for a .png; an .exr keeps its values");
   }
+  if (options.view != ViewOptions() && options.false_color.asked)
+    return report(kUsage, "--false-color has colours of its own, without --exposure, --view and OpenColorIO");
   if (const auto view = make_display_view(options.view); !view.ok())
     return report(kUsage, std::string{view.status().message()});
-  absl::StatusOr<Image> image = read_exr(options.input);
+  absl::StatusOr<Image> image = read_exr(options.input, kMostImagePixels, options.view_name);
   if (image.ok()) image = seen_image(*std::move(image), options);
   if (image.ok() && !options.layers.empty()) image = layer_strip(*image, options.layers);
   if (!image.ok()) return report(kUsage, std::string{image.status().message()});
+  if (options.false_color.asked) {
+    const absl::Status written = write_false_color_picture(*image, options.false_color, options.output);
+    if (absl::IsInvalidArgument(written) || absl::IsFailedPrecondition(written))
+      return report(kUsage, std::string{written.message()});
+    return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
+  }
   const absl::Status written = write_image(*image, options.output, options.exr, options.view);
   return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
 }
 
 int convert_scene(const ConvertOptions& options) {
   if (options.view != ViewOptions() || !options.layers.empty() || !options.sensor.empty() ||
-      !options.white_balance.empty() || !options.rgb_space.empty()) {
-    return report(kUsage, options.input +
-                              " is a scene; --exposure, --view, --dither, OpenColorIO, --sensor, "
-                              "--white-balance, --rgb-space and --layers are for an .exr");
+      !options.white_balance.empty() || !options.rgb_space.empty() || !options.view_name.empty() ||
+      options.false_color.asked) {
+    return report(kUsage,
+                  options.input +
+                      " is a scene; --exposure, --view, --dither, OpenColorIO, --sensor, "
+                      "--white-balance, --rgb-space, --view-name, --layers and --false-color are for an "
+                      ".exr");
   }
   const absl::StatusOr<ImportedScene> scene =
       import_scene(options.input, {.threads = 0, .defines = {}, .gltf = options.gltf});
@@ -156,17 +170,22 @@ void add_convert_command(CommandLine& line) {
       .type_name("LIGHT");
   command.add("--rgb-space", options->rgb_space, "of an .exr: the space of red, green and blue")
       .one_of(wire::words_of(*google::protobuf::GetEnumDescriptor<v1::RgbSpace>()));
+  command
+      .add("--view-name", options->view_name, "of an .exr with several views: this one (default: the first)")
+      .type_name("NAME");
   define_view_options(command, options->view);
   command
       .add("--layers", options->layers,
            "of an .exr: these layers, side by side; rgba is the picture, visits a heat map")
       .separated_by_commas()
       .type_name("NAME,...");
+  define_false_color_options(command, options->false_color);
   command.add_flag("--quiet", options->quiet, "no warnings");
   define_gltf_options(command, options->gltf);
   command.example("tessera convert scene.pbrt scene.textproto");
   command.example("tessera convert picture.exr picture.png");
   command.example("tessera convert picture.exr picture.png --exposure 1.5 --view agx");
+  command.example("tessera convert picture.exr luminance.png --false-color --scale log --isolines");
   command.example("tessera convert spectral.exr seen.exr --sensor cie2006 --rgb-space rec2020");
   command.does([options](Interrupt&) {
     const bool is_image = is_exr(options->input);

@@ -1,5 +1,7 @@
 #include "command/gltf_choice.h"
 
+#include "command/read_option.h"
+
 namespace tessera::client {
 
 void define_gltf_options(options::Command& command, GltfOptions& gltf) {
@@ -9,16 +11,11 @@ void define_gltf_options(options::Command& command, GltfOptions& gltf) {
   command.add("--time", gltf.time, "the moment of its animations, in seconds").in_range(0, kLongest);
   command.add("--shutter", gltf.shutter, "seconds for which the shutter is open while they move")
       .in_range(0, kLongest);
-  const auto take_position = [&gltf](const std::string& word) {
-    gltf.shutter_position = word == "center" ? ShutterPosition::kCenter
-                            : word == "end"  ? ShutterPosition::kEnd
-                                             : ShutterPosition::kStart;
-    return absl::OkStatus();  // one_of() lets no other through
-  };
-  command
-      .add_read_by("--shutter-position", take_position,
-                   "where the moment is in that time: start, center or end")
-      .one_of({"start", "center", "end"});
+  const WordList<ShutterPosition> positions = {{"start", ShutterPosition::kStart},
+                                               {"center", ShutterPosition::kCenter},
+                                               {"end", ShutterPosition::kEnd}};
+  add_choice(command, "--shutter-position", positions, gltf.shutter_position,
+             "where the moment is in that time: start, center or end");
   command.add("--animation", gltf.animation, "only this animation, by its name or number").type_name("NAME");
   command.add("--variant", gltf.variant, "the variant of its materials, by its name or number")
       .type_name("NAME");

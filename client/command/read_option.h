@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
@@ -36,6 +37,24 @@ options::Option add_word(options::Command& command, const char* name, Enum& valu
   return command.add_read_by(name, read, description)
       .type_name("NAME")
       .completing(wire::words_of(*google::protobuf::GetEnumDescriptor<Enum>()));
+}
+
+template <class Value>
+using WordList = std::vector<std::pair<std::string, Value>>;
+
+/// An option whose value is one of a few words that stand for others.
+template <class Value>
+options::Option add_choice(options::Command& command, const char* name, WordList<Value> words, Value& value,
+                           const char* description) {
+  std::vector<std::string> names;
+  for (const auto& [word, meaning] : words) names.push_back(word);
+  const auto take = [words = std::move(words), &value](const std::string& text) {
+    for (const auto& [word, meaning] : words) {
+      if (word == text) value = meaning;
+    }
+    return absl::OkStatus();  // one_of() lets no other through
+  };
+  return command.add_read_by(name, take, description).one_of(std::move(names));
 }
 
 }  // namespace tessera::client

@@ -200,7 +200,7 @@ int render(const RenderOptions& options, Interrupt& interrupt, bool& is_whole) {
 }
 
 int run_one(const RenderOptions& options, Interrupt& interrupt) {
-  absl::Status status = check_output(options.output);
+  absl::Status status = check_output(options.output, options.exr);
   status.Update(check_stats(options));
   if (status.ok() && !options.checkpoint.empty()) status = open_checkpoint(options.checkpoint);
   if (!status.ok()) return report(kUsage, std::string{status.message()});

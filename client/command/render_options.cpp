@@ -181,6 +181,7 @@ void define_render_options(options::Command& command, RenderOptions& options) {
   define_job_options(command, options);
   command.group("Image");
   define_exr_options(command, options.exr);
+  define_multiview(command, options.exr).as_setting();
   for (const char* const name :
        {"--half-layers", "--multipart", "--exr-compression", "--channel-names", "--exr-tiles",
         "--frame-memory", "--crypto-ranks", "--attribute", "--exr-mipmaps"})

@@ -25,6 +25,7 @@ struct ExrFormat {
   bool half = false;
   std::vector<std::string> half_layers{};  // the same for these alone: "rgba", "albedo", "normal.X"
   bool multipart = false;                  // a part for each layer: "diffuse" has diffuse.R ...
+  bool multiview = false;                  // views of one scene are parts of one file
   ExrCompression compression = ExrCompression::kZip;
   ChannelNames names = ChannelNames::kTessera;
   std::uint32_t tile_size = 0;    // pixels each way; 0: scanlines
@@ -43,12 +44,16 @@ struct ExrFormat {
 /// when the disk does not take it.
 absl::Status write_exr(const Image& image, const std::string& path, const ExrFormat& format = {});
 
-/// Reads the first part of any flat file, and the channels of all parts that have the same pixels: half,
-/// float or 32-bit integer, scanlines or tiles (the full-resolution level), RGB, luminance or
-/// luminance/chroma. Attributes of the types that metadata have become metadata. NotFound when there is no
-/// such file; InvalidArgument, with the file's name, for a file that is broken, deep, or larger than
-/// `max_pixels`. Never throws.
-absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels = std::size_t{1} << 28);
+inline constexpr std::size_t kMostImagePixels = std::size_t{1} << 28;
+
+/// Reads the first part of any flat file, and the channels of all parts that have the same pixels and view:
+/// half, float or 32-bit integer, scanlines or tiles (the full-resolution level), RGB, luminance or
+/// luminance/chroma. Attributes of the types that metadata have become metadata. With a `view`, the first
+/// part of that view stands for the first of the file. NotFound when there is no such file; InvalidArgument,
+/// with the file's name, for a file that is broken, deep, or larger than `max_pixels`, and with the names of
+/// its views where it has not this one. Never throws.
+absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels = kMostImagePixels,
+                               const std::string& view = "");
 
 /// The same without pixels: windows and metadata.
 absl::StatusOr<Image> read_exr_facts(const std::string& path);

@@ -21,6 +21,7 @@
 #include <span>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "image/color_space.h"
 #include "image/exr.h"
 
@@ -152,10 +153,29 @@ void read_planes(Imf::MultiPartInputFile& file, int part, Image& image) {
   input.readPixels(box.min.y, box.max.y);
 }
 
-/// Whether a further part is of the same pixels, and flat.
-bool belongs(const Imf::Header& header, const Image& image) {
+/// The view that a part is of; empty: none.
+std::string view_of(const Imf::Header& header) { return header.hasView() ? header.view() : std::string(); }
+
+/// Whether a further part is of the same pixels and view, and flat.
+bool belongs(const Imf::Header& header, const Imf::Header& first, const Image& image) {
   const bool deep = header.hasType() && Imf::isDeepData(header.type());
-  return !deep && window_of(header.dataWindow()) == image.data && !is_subsampled(header.channels());
+  return !deep && view_of(header) == view_of(first) && window_of(header.dataWindow()) == image.data &&
+         !is_subsampled(header.channels());
+}
+
+/// The first part of a view, 0 where none is asked for.
+absl::StatusOr<int> first_part(const Imf::MultiPartInputFile& file, const std::string& path,
+                               const std::string& view) {
+  if (view.empty()) return 0;
+  std::vector<std::string> names;
+  for (int part = 0; part < file.parts(); ++part) {
+    const std::string own = view_of(file.header(part));
+    if (own == view) return part;
+    if (!own.empty() && std::ranges::find(names, own) == names.end()) names.push_back(own);
+  }
+  if (names.empty())
+    return broken(path, absl::StrCat("has no view '", view, "', as its pictures have no names"));
+  return broken(path, absl::StrCat("has no view '", view, "'; its views are ", absl::StrJoin(names, ", ")));
 }
 
 Image facts_of(const Imf::Header& header) {
@@ -166,17 +186,20 @@ Image facts_of(const Imf::Header& header) {
   return image;
 }
 
-absl::StatusOr<Image> read_file(const std::string& path, std::size_t max_pixels) {
+absl::StatusOr<Image> read_file(const std::string& path, std::size_t max_pixels, const std::string& view) {
   Imf::MultiPartInputFile file(path.c_str(), kNoThreads);
-  const Imf::Header& header = file.header(0);
+  const absl::StatusOr<int> first = first_part(file, path, view);
+  if (!first.ok()) return first.status();
+  const Imf::Header& header = file.header(*first);
   if (absl::Status status = check_header(header, max_pixels, 0, path); !status.ok()) return status;
   Image image = facts_of(header);
   if (is_subsampled(header.channels())) {
+    if (*first > 0) return broken(path, "only the first of its parts may have channels of less resolution");
     read_subsampled(path, image);
   } else {
-    read_planes(file, 0, image);
-    for (int part = 1; part < file.parts(); ++part) {
-      if (!belongs(file.header(part), image)) continue;
+    read_planes(file, *first, image);
+    for (int part = *first + 1; part < file.parts(); ++part) {
+      if (!belongs(file.header(part), header, image)) continue;
       if (absl::Status status = check_header(file.header(part), max_pixels, image.channels.size(), path);
           !status.ok())
         return status;
@@ -200,8 +223,8 @@ absl::StatusOr<Image> read_safely(const std::string& path, Read&& read) {
 
 }  // namespace
 
-absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels) {
-  return read_safely(path, [&] { return read_file(path, max_pixels); });
+absl::StatusOr<Image> read_exr(const std::string& path, std::size_t max_pixels, const std::string& view) {
+  return read_safely(path, [&] { return read_file(path, max_pixels, view); });
 }
 
 absl::StatusOr<Image> read_exr_facts(const std::string& path) {

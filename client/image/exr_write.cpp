@@ -1,5 +1,7 @@
 #include <algorithm>
+#include <deque>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -126,35 +128,53 @@ void write_pixels(const ExrFile& file, int index, const Image& image, Rows& rows
   }
 }
 
-void write_file(const Image& image, Rows& rows, const std::vector<ExrPart>& parts, const std::string& path,
-                const ExrFormat& format) {
-  ExrFile file(path);
+/// A picture of a file, and what it becomes there.
+struct Picture {
+  const Image& image;
+  Rows& rows;
+  std::vector<ExrPart> parts;
+};
+
+bool has_long_names(const Picture& picture) {
   constexpr std::size_t kShortName = 31;
   const auto is_long = [](const std::string& name) { return name.size() > kShortName; };
   const auto has_long = [&](const ExrPart& part) {
     return std::ranges::any_of(part.channels, is_long, &PartChannel::name);
   };
-  const bool long_names =
-      std::ranges::any_of(parts, has_long) ||
-      std::ranges::any_of(image.metadata, [&](const auto& entry) { return is_long(entry.first); });
-  file.check(exr_set_longname_support(file.context(), long_names));
-  for (const ExrPart& part : parts) write_header(file, image, part, format);
+  return std::ranges::any_of(picture.parts, has_long) ||
+         std::ranges::any_of(picture.image.metadata, [&](const auto& entry) { return is_long(entry.first); });
+}
+
+void write_file(const std::vector<Picture>& pictures, const std::string& path, const ExrFormat& format) {
+  ExrFile file(path);
+  file.check(exr_set_longname_support(file.context(), std::ranges::any_of(pictures, has_long_names) ? 1 : 0));
+  for (const Picture& picture : pictures) {
+    for (const ExrPart& part : picture.parts) write_header(file, picture.image, part, format);
+  }
   file.check(exr_write_header(file.context()));
   int index = 0;
-  for (const ExrPart& part : parts) write_pixels(file, index++, image, rows, part, format);
+  for (const Picture& picture : pictures) {
+    for (const ExrPart& part : picture.parts)
+      write_pixels(file, index++, picture.image, picture.rows, part, format);
+  }
   file.finish();
 }
 
-}  // namespace
-
-absl::Status write_exr(const Image& image, Rows& rows, const std::string& path, const ExrFormat& format) {
-  absl::Status sound = check(image);
-  const absl::StatusOr<std::vector<ExrPart>> parts =
+/// InvalidArgument with the file's name.
+absl::StatusOr<Picture> picture_of(const Image& image, Rows& rows, const std::string& path,
+                                   const ExrFormat& format) {
+  const absl::Status sound = check(image);
+  absl::StatusOr<std::vector<ExrPart>> parts =
       sound.ok() ? parts_of(image, format) : absl::StatusOr<std::vector<ExrPart>>(sound);
   if (!parts.ok()) return absl::InvalidArgumentError(absl::StrCat(path, ": ", parts.status().message()));
+  return Picture{image, rows, *std::move(parts)};
+}
+
+absl::Status write_pictures(const std::vector<Picture>& pictures, const std::string& path,
+                            const ExrFormat& format) {
   return replace_file(path, [&](const std::string& file) {
     try {
-      write_file(image, rows, *parts, file, format);
+      write_file(pictures, file, format);
       return absl::OkStatus();
     } catch (const std::exception& error) {
       return absl::InternalError(absl::StrCat(path, ": cannot write: ", error.what()));
@@ -162,15 +182,52 @@ absl::Status write_exr(const Image& image, Rows& rows, const std::string& path, 
   });
 }
 
-absl::Status write_exr(const Image& image, const std::string& path, const ExrFormat& format) {
+absl::Status check_planes(const Image& image, const std::string& path) {
   for (const Channel& channel : image.channels) {
     if (channel.values.size() != image.pixel_count()) {
       return absl::InvalidArgumentError(
           absl::StrCat(path, ": channel ", channel.name, " has the wrong size"));
     }
   }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::Status write_exr(const Image& image, Rows& rows, const std::string& path, const ExrFormat& format) {
+  absl::StatusOr<Picture> picture = picture_of(image, rows, path, format);
+  if (!picture.ok()) return picture.status();
+  return write_pictures({*std::move(picture)}, path, format);
+}
+
+absl::Status write_exr(const Image& image, const std::string& path, const ExrFormat& format) {
+  if (absl::Status status = check_planes(image, path); !status.ok()) return status;
   ImageRows rows(image);
   return write_exr(image, rows, path, format);
+}
+
+absl::Status write_exr_views(std::span<const ExrView> views, const std::string& path,
+                             const ExrFormat& format) {
+  std::deque<ImageRows> own_rows;
+  std::vector<Picture> pictures;
+  std::set<std::string> names;
+  for (const ExrView& view : views) {
+    const auto found = view.image->metadata.find("view");
+    const auto* const name =
+        found == view.image->metadata.end() ? nullptr : std::get_if<std::string>(&found->second);
+    if (name == nullptr || name->empty() || !names.insert(*name).second)
+      return absl::InvalidArgumentError(absl::StrCat(path, ": views of one file have names that differ"));
+    if (view.rows == nullptr) {
+      if (absl::Status status = check_planes(*view.image, path); !status.ok()) return status;
+    }
+    Rows& rows = view.rows != nullptr ? *view.rows : own_rows.emplace_back(*view.image);
+    absl::StatusOr<Picture> picture = picture_of(*view.image, rows, path, format);
+    if (!picture.ok()) return picture.status();
+    for (ExrPart& part : picture->parts)
+      part.name = absl::StrCat(part.name.empty() ? "rgba" : part.name, ".", *name);
+    pictures.push_back(*std::move(picture));
+  }
+  return write_pictures(pictures, path, format);
 }
 
 }  // namespace tessera::client

@@ -76,6 +76,7 @@ struct AlgorithmTraits {
   bool samples_all_light = false;  // light sampling must find all light: none is left to BSDF sampling
   bool starts_at_lights = false;   // light is sampled at its source, without a receiver: no portals
   bool motion = true;              // shapes may move; where not, they are refused
+  bool reads_probes = false;       // pixels may be readings of probes (ProbeCamera)
   bool diffuse_only = false;       // knows triangles of diffuse matter and nothing else
   bool lists_instances = false;    // goes over all of them: objects within objects are flattened
   Blindness blindness = Blindness::kNone;

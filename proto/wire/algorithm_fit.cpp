@@ -44,8 +44,13 @@ bool moves(const v1::Shape& shape) {
          !shape.mesh().later_blobs().empty() || !shape.curves().later_points().empty();
 }
 
-/// Whether a light of any kind is elsewhere when the shutter closes: of each field `x_end`, `x` is the start.
+/// Whether a light of any kind is elsewhere later: of each field `x_end`, `x` is the start. Keys of lights
+/// without a matrix begin at the identity.
 bool moves(const v1::Light& light) {
+  const v1::Matrix& first_place = light.has_projection()    ? light.projection().world_from_light()
+                                  : light.has_goniometric() ? light.goniometric().world_from_light()
+                                                            : light.infinite().world_from_light();
+  if (moves(first_place, {}, light.motion())) return true;
   const auto* const kind =
       light.GetReflection()->GetOneofFieldDescriptor(light, light.GetDescriptor()->FindOneofByName("kind"));
   if (kind == nullptr) return false;
@@ -66,7 +71,9 @@ bool moves(const v1::Light& light) {
   return false;
 }
 
-bool comes_from_infinity(const v1::Light& light) { return light.has_infinite() || light.has_distant(); }
+bool comes_from_infinity(const v1::Light& light) {
+  return light.has_infinite() || light.has_distant() || light.has_sky();
+}
 
 /// Whether builders make triangles of the shape where an algorithm knows nothing else.
 bool has_triangles(const v1::Shape& shape) {

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -55,10 +56,9 @@ class Cameras(SceneMessage):
         the right, y up, and z into the scene. The lens is open in a circle of `lens_radius`, or in a polygon of
         `blades` corners on that circle, the first in the direction of `blade_degrees` from x towards y;
         `aperture_ratio` is height over width, by which x is then divided."""
-        camera = self._camera()
-        _set_lens(camera.perspective, lens_radius, focal_distance, blades, blade_degrees, aperture_ratio)
-        camera.perspective.fov_degrees = fov
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            _set_lens(camera.perspective, lens_radius, focal_distance, blades, blade_degrees, aperture_ratio)
+            camera.perspective.fov_degrees = fov
 
     def orthographic_camera(
         self,
@@ -72,11 +72,10 @@ class Cameras(SceneMessage):
         aperture_ratio: float = 1.0,
     ) -> None:
         """Parallel rays through x_min, x_max, y_min, y_max of camera space, or a lens as that of `camera`."""
-        camera = self._camera()
-        camera.orthographic.SetInParent()
-        _set_lens(camera.orthographic, lens_radius, focal_distance, blades, blade_degrees, aperture_ratio)
-        camera.screen_window[:] = screen_window
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.orthographic.SetInParent()
+            _set_lens(camera.orthographic, lens_radius, focal_distance, blades, blade_degrees, aperture_ratio)
+            camera.screen_window[:] = screen_window
 
     def fisheye_camera(
         self,
@@ -88,11 +87,10 @@ class Cameras(SceneMessage):
     ) -> None:
         """`mapping`: equidistant, equisolid, stereographic or orthographic; `fov` is across the film's shorter
         side, `circle` across the circle beyond which the film is black (0: there is none); degrees."""
-        camera = self._camera()
-        camera.fisheye.mapping = choice(_FISHEYES, mapping, "mapping of a fisheye")
-        camera.fisheye.fov_degrees = fov
-        camera.fisheye.circle_degrees = circle
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.fisheye.mapping = choice(_FISHEYES, mapping, "mapping of a fisheye")
+            camera.fisheye.fov_degrees = fov
+            camera.fisheye.circle_degrees = circle
 
     def lens_camera(
         self,
@@ -110,17 +108,16 @@ class Cameras(SceneMessage):
         distance from the film of what is sharp (0: infinity); the lens is as open as `f_number` says (0: fully);
         `film_diagonal` in millimetres (0: 43.27), or `film_gauge` by name: "super35"; a stop of `blades` is a
         polygon (0: round)."""
-        camera = self._camera()
-        camera.lens.Clear()
-        camera.lens.lens.CopyFrom(lens)
-        camera.lens.focus_distance = focus
-        camera.lens.f_number = f_number
-        camera.lens.film_diagonal_mm = film_diagonal
-        camera.lens.film_gauge = film_gauge
-        if blades:
-            camera.lens.blades = blades
-        camera.lens.units_per_mm = units_per_mm
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.lens.Clear()
+            camera.lens.lens.CopyFrom(lens)
+            camera.lens.focus_distance = focus
+            camera.lens.f_number = f_number
+            camera.lens.film_diagonal_mm = film_diagonal
+            camera.lens.film_gauge = film_gauge
+            if blades:
+                camera.lens.blades = blades
+            camera.lens.units_per_mm = units_per_mm
 
     def pinhole_camera(
         self,
@@ -137,17 +134,16 @@ class Cameras(SceneMessage):
         """A box with a round hole, of a diameter and at a distance from the film in millimetres. The film is of a
         gauge, "4x5", or of a diagonal in millimetres (0: 43.27). `scene_distance`: of what diffraction is exact
         for (0: infinity); without `diffraction`, light goes straight."""
-        camera = self._camera()
-        camera.pinhole.Clear()
-        camera.pinhole.hole_mm = hole
-        camera.pinhole.film_distance_mm = film_distance
-        camera.pinhole.film_gauge = film_gauge
-        camera.pinhole.film_diagonal_mm = film_diagonal
-        camera.pinhole.scene_distance = scene_distance
-        if not diffraction:
-            camera.pinhole.diffraction = camera_pb2.PinholeCamera.STRAIGHT
-        camera.pinhole.units_per_mm = units_per_mm
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.pinhole.Clear()
+            camera.pinhole.hole_mm = hole
+            camera.pinhole.film_distance_mm = film_distance
+            camera.pinhole.film_gauge = film_gauge
+            camera.pinhole.film_diagonal_mm = film_diagonal
+            camera.pinhole.scene_distance = scene_distance
+            if not diffraction:
+                camera.pinhole.diffraction = camera_pb2.PinholeCamera.STRAIGHT
+            camera.pinhole.units_per_mm = units_per_mm
 
     def cylindrical_camera(
         self,
@@ -156,9 +152,8 @@ class Cameras(SceneMessage):
         clip: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """A panorama in which upright lines are straight; `fov` is across the film's width, in degrees."""
-        camera = self._camera()
-        camera.cylindrical.fov_degrees = fov
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.cylindrical.fov_degrees = fov
 
     def spherical_camera(
         self,
@@ -168,9 +163,8 @@ class Cameras(SceneMessage):
     ) -> None:
         """All directions, +y of camera space up; `mapping` is one of SphericalCamera.Mapping. The middle of an
         equirectangular picture looks along -x, its right part along -z."""
-        camera = self._camera()
-        camera.spherical.mapping = choice(_SPHERES, mapping, "mapping of a sphere")
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.spherical.mapping = choice(_SPHERES, mapping, "mapping of a sphere")
 
     def panorama_camera(
         self,
@@ -180,11 +174,10 @@ class Cameras(SceneMessage):
         clip: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """Longitudes from the camera's axis to the right across the film, latitudes up; degrees."""
-        camera = self._camera()
-        panorama = camera.panorama
-        panorama.longitude_min_degrees, panorama.longitude_max_degrees = longitudes
-        panorama.latitude_min_degrees, panorama.latitude_max_degrees = latitudes
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            panorama = camera.panorama
+            panorama.longitude_min_degrees, panorama.longitude_max_degrees = longitudes
+            panorama.latitude_min_degrees, panorama.latitude_max_degrees = latitudes
 
     def cube_map_camera(
         self,
@@ -194,10 +187,9 @@ class Cameras(SceneMessage):
         clip: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         """Six faces of a cube in one picture; `layout` is one of CubeMapCamera.Layout."""
-        camera = self._camera()
-        camera.cube_map.layout = choice(_LAYOUTS, layout, "layout of a cube map")
-        camera.cube_map.equiangular = equiangular
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            camera.cube_map.layout = choice(_LAYOUTS, layout, "layout of a cube map")
+            camera.cube_map.equiangular = equiangular
 
     def tilt(self, x: float, y: float, focal_length: float) -> None:
         """Turns the lens of a perspective camera, in degrees: up by `x`, to the right by `y`. The plane of focus
@@ -227,26 +219,25 @@ class Cameras(SceneMessage):
         (fx, _, cx), (_, fy, cy) = matrix[0], matrix[1]
         width, height = resolution
         self.film(width, height)
-        camera = self._camera()
-        # A place of the film at 1 is a focal length from the middle: 90 degrees of a perspective span 2, and so do
-        # two radians of a fisheye.
-        if fisheye:
-            camera.fisheye.mapping = camera_pb2.FisheyeCamera.EQUIDISTANT
-            camera.fisheye.fov_degrees = float(np.degrees(2.0))
-        else:
-            camera.perspective.fov_degrees = 90.0
-        camera.screen_window[:] = [
-            -(cx + 0.5) / fx,
-            (width - cx - 0.5) / fx,
-            -(height - cy - 0.5) / fy,
-            (cy + 0.5) / fy,
-        ]
-        camera.ClearField("distortion")
-        if any(distortion):
-            model = camera.distortion.opencv_fisheye if fisheye else camera.distortion.opencv
-            for name, value in zip(names, distortion):
-                setattr(model, name, value)
-        self._place_camera(camera, world_from_camera, clip)
+        with self._placed(world_from_camera, clip) as camera:
+            # A place of the film at 1 is a focal length from the middle: 90 degrees of a perspective span 2, and so do
+            # two radians of a fisheye.
+            if fisheye:
+                camera.fisheye.mapping = camera_pb2.FisheyeCamera.EQUIDISTANT
+                camera.fisheye.fov_degrees = float(np.degrees(2.0))
+            else:
+                camera.perspective.fov_degrees = 90.0
+            camera.screen_window[:] = [
+                -(cx + 0.5) / fx,
+                (width - cx - 0.5) / fx,
+                -(height - cy - 0.5) / fy,
+                (cy + 0.5) / fy,
+            ]
+            camera.ClearField("distortion")
+            if any(distortion):
+                model = camera.distortion.opencv_fisheye if fisheye else camera.distortion.opencv
+                for name, value in zip(names, distortion):
+                    setattr(model, name, value)
 
     def distortion_map(self, path: str | Path) -> None:
         """Distorts the camera's film by an ST map: an image of floats, of the film's proportions."""
@@ -297,9 +288,13 @@ class Cameras(SceneMessage):
         camera.CopyFrom(self.message.camera)
         return camera
 
-    def _place_camera(
-        self, camera: camera_pb2.Camera, world_from_camera: npt.ArrayLike, clip: tuple[float, float]
-    ) -> None:
+    @contextmanager
+    def _placed(
+        self, world_from_camera: npt.ArrayLike, clip: tuple[float, float]
+    ) -> Iterator[camera_pb2.Camera]:
+        """The camera so far, to be changed within the block and then put at its place."""
+        camera = self._camera()
+        yield camera
         camera.world_from_camera.CopyFrom(matrix_message(world_from_camera) or value_pb2.Matrix())
         camera.near_clip, camera.far_clip = clip
         self.message.camera.CopyFrom(checked(camera))

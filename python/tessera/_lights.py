@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -129,3 +130,63 @@ class Lights(SceneMessage):
         if world_from_light is not None:
             kind.world_from_light.CopyFrom(matrix_message(world_from_light) or value_pb2.Matrix())
         self.light(light_pb2.Light(infinite=kind), amount)
+
+    def daylight(
+        self,
+        cie_type: int | None = None,
+        *,
+        perez: tuple[float, float] | None = None,
+        toward_sun: Vector | None = None,
+        when: datetime | None = None,
+        place: tuple[float, float] | None = None,
+        diffuse_illuminance: float | None = None,
+        sun_illuminance: float | None = None,
+        ground_reflectance: float | None = None,
+        sun_degrees: float | None = None,
+        north_degrees: float = 0.0,
+        y_up: bool = False,
+        dew_point: float | None = None,
+        resolution: int = 0,
+        name: str = "",
+    ) -> None:
+        """The sky, the sun and the ground. Either `cie_type`, 1 to 16, or `perez`: irradiance by the sun, of a
+        surface that faces it, and by the sky, of a horizontal one, W/m^2. The sun is at `toward_sun`, or where
+        it is at a moment, which has a time zone, at a `place` of latitude and longitude in degrees. Illuminances
+        are lx, by default those that are typical. `north_degrees`: from +y (where y is up: -z) clockwise."""
+        if (cie_type is None) == (perez is None):
+            raise ValueError("daylight: expected either cie_type or perez")
+        kind = light_pb2.SkyLight(north_degrees=north_degrees, y_up=y_up, resolution=resolution)
+        if cie_type is not None:
+            kind.cie_type = cie_type
+        if perez is not None:
+            kind.perez.direct_normal_irradiance, kind.perez.diffuse_horizontal_irradiance = perez
+            if dew_point is not None:
+                kind.perez.dew_point_celsius = dew_point
+        if toward_sun is not None:
+            kind.toward_sun.CopyFrom(point_message(toward_sun))
+        if when is not None:
+            kind.when.CopyFrom(_place_and_time(when, place))
+        for field, value in (
+            ("diffuse_horizontal_illuminance", diffuse_illuminance),
+            ("sun_normal_illuminance", sun_illuminance),
+            ("ground_reflectance", ground_reflectance),
+            ("sun_degrees", sun_degrees),
+        ):
+            if value is not None:
+                setattr(kind, field, value)
+        self.light(light_pb2.Light(sky=kind, name=name))
+
+
+def _place_and_time(when: datetime, place: tuple[float, float] | None) -> light_pb2.SkyLight.PlaceAndTime:
+    offset = when.utcoffset()
+    if offset is None or place is None:
+        raise ValueError("daylight: a moment needs a time zone, and a place")
+    return light_pb2.SkyLight.PlaceAndTime(
+        latitude_degrees=place[0],
+        longitude_degrees=place[1],
+        utc_offset_hours=offset.total_seconds() / 3600,
+        year=when.year,
+        month=when.month,
+        day=when.day,
+        hour=when.hour + when.minute / 60 + (when.second + when.microsecond / 1e6) / 3600,
+    )

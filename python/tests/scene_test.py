@@ -7,6 +7,7 @@ import subprocess
 import tempfile
 import unittest
 import warnings
+from datetime import datetime, timedelta, timezone
 from pathlib import Path
 
 import numpy as np
@@ -26,6 +27,23 @@ class SceneTest(unittest.TestCase):
         np.testing.assert_allclose(matrix[:3, 3], [1, 2, 3])
         with self.assertRaisesRegex(ValueError, "look_at"):
             tessera.look_at((0, 0, 0), (0, 1, 0))
+
+    def test_daylight_is_of_a_place_and_a_moment(self) -> None:
+        scene = tessera.Scene()
+        summer = timezone(timedelta(hours=2))
+        scene.daylight(12, when=datetime(2024, 6, 21, 14, 30, tzinfo=summer), place=(48.1, 11.6), y_up=True)
+        sky = scene.message.lights[0].sky
+        self.assertEqual((sky.cie_type, sky.when.hour, sky.when.utc_offset_hours), (12, 14.5, 2))
+        self.assertEqual((sky.when.latitude_degrees, sky.when.longitude_degrees), (48.1, 11.6))
+        self.assertFalse(sky.HasField("diffuse_horizontal_illuminance"))
+        scene.daylight(perez=(600, 120), toward_sun=(0, 1, 1), sun_degrees=0, name="day")
+        sky = scene.message.lights[1].sky
+        self.assertEqual((sky.perez.direct_normal_irradiance, sky.perez.diffuse_horizontal_irradiance), (600, 120))
+        self.assertTrue(sky.HasField("sun_degrees"))
+        with self.assertRaisesRegex(ValueError, "needs a time zone"):
+            scene.daylight(12, when=datetime(2024, 6, 21), place=(48.1, 11.6))
+        with self.assertRaisesRegex(ValueError, "either cie_type or perez"):
+            scene.daylight()
 
     def test_lenses_have_blades(self) -> None:
         scene = tessera.Scene()

@@ -22,7 +22,7 @@ extern const Target kExr;
 extern const Target kPly, kObj, kSerialized, kVolumeFile, kPbrt, kMitsuba, kGltf, kTextScene, kLens;
 // ---- proto/wire, lib/images, lib/layers, lib/expression, lib/photometry
 extern const Target kTileResult, kMeshBlob, kVolumeBlob, kImage, kLayers, kExpression, kPhaseBlob,
-    kPackedInstances, kLamp;
+    kPackedInstances, kWeather, kLamp;
 // ---- server
 extern const Target kJournal, kUpload, kWebRequest;
 // ---- client/command, client/denoise

@@ -228,6 +228,27 @@ TEST(CommandLine, ARenderedImageComparesEqualToItselfAndConverts) {
   const std::string preview = (directory.path() / "image.png").string();
   EXPECT_EQ(tessera({"convert", image, preview}).status.code, 0);
   EXPECT_TRUE(std::filesystem::exists(preview));
+  for (const char* name : {"luminance.png", "luminance.exr"}) {
+    const std::string map = (directory.path() / name).string();
+    const support::Finished done = tessera({"convert", image, map, "--false-color", "--scale", "log",
+                                            "--range", "0.1,1000", "--isolines", "--cd-per-m2", "179"});
+    EXPECT_EQ(done.status.code, 0) << done.err;
+    EXPECT_TRUE(std::filesystem::exists(map));
+  }
+  using Options = std::vector<std::string>;
+  for (const Options& wrong : {Options{"--isolines"},
+                               {"--false-color", "--range", "3,1"},
+                               {"--false-color", "--range", "1"},
+                               {"--false-color", "--scale", "log", "--range", "0,1"},
+                               {"--false-color", "--color-map", "rainbow"},
+                               {"--false-color", "--exposure", "1"},
+                               {"--false-color", "--cd-per-m2", "0"}}) {
+    Options arguments{"convert", image, preview};
+    arguments.insert(arguments.end(), wrong.begin(), wrong.end());
+    EXPECT_EQ(tessera(arguments).status.code, 2) << testing::PrintToString(wrong);
+  }
+  EXPECT_EQ(
+      tessera({"convert", kScene, (directory.path() / "own.tsb").string(), "--false-color"}).status.code, 2);
 }
 
 TEST(CommandLine, ASceneInTesserasOwnFormGivesTheSameBits) {

@@ -7,6 +7,7 @@
 #include <iterator>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "integration/farm_under_test.h"
@@ -95,6 +96,30 @@ TEST_F(Views, HaveTheSameBitsOnAFarmThatLosesAWorker) {
   const support::Finished done = tessera(farm.on_farm({"fetch", id, "--quiet", "-o", image("picture.exr")}));
   ASSERT_EQ(done.status.code, 0) << done.err;
   EXPECT_EQ(hashes_of_views(), expected);
+}
+
+TEST_F(Views, AreOneFileWhereThatIsWanted) {
+  std::string scene = with_views(kPerspective, kOrthographic);
+  scene += "views { view_name: 'top' perspective { fov_degrees: 50 } }\n";
+  const Arguments job{"render", write_scene(scene), "--resolution", "40x30", "--spp", "4", "--quiet", "-o"};
+  ASSERT_EQ(tessera(job + Arguments{image("apart.exr")}).status.code, 0);
+  const support::Finished done = tessera(job + Arguments{image("all.exr"), "--multiview"});
+  ASSERT_EQ(done.status.code, 0) << done.err;
+  EXPECT_FALSE(fs::exists(image("all.v1.exr")));
+  for (const auto& [name, file] :
+       {std::pair{"v0", "apart.exr"}, {"v1", "apart.v1.exr"}, {"top", "apart.v3.exr"}}) {
+    const support::Finished one =
+        tessera({"convert", image("all.exr"), image("one.exr"), "--view-name", name});
+    ASSERT_EQ(one.status.code, 0) << one.err;
+    EXPECT_EQ(pixel_sha256(image("one.exr")), pixel_sha256(image(file))) << name;
+  }
+  const support::Finished missing =
+      tessera({"compare", image("all.exr"), image("all.exr"), "--view-name", "left"});
+  EXPECT_EQ(missing.status.code, 2);
+  EXPECT_THAT(missing.err, HasSubstr("its views are v0, v1, v2, top"));
+  const support::Finished png = tessera(job + Arguments{image("all.png"), "--multiview"});
+  EXPECT_EQ(png.status.code, 2);
+  EXPECT_THAT(png.err, HasSubstr("--multiview writes an .exr"));
 }
 
 TEST_F(Views, ThatCannotBeRenderedAreNamedBeforeAnythingIs) {

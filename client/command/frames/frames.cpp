@@ -12,6 +12,7 @@
 #include "absl/strings/str_join.h"
 #include "command/exit_code.h"
 #include "command/frames/preview_video.h"
+#include "command/read_option.h"
 #include "image/exr.h"
 #include "import/import.h"
 #include "wire/scene_views.h"
@@ -119,16 +120,10 @@ void define_frame_options(options::Command& command, RenderOptions& options) {
           .add_read_by("--frames", take,
                        "an image a frame: 1-100x2,200; #### in names of files is its number")
           .type_name("LIST");
-  const auto take_order = [&frames](const std::string& word) {
-    frames.order = word == "reverse"  ? FrameOrder::kReverse
-                   : word == "binary" ? FrameOrder::kBinary
-                                      : FrameOrder::kForward;
-    return absl::OkStatus();  // one_of() lets no other through
-  };
-  command
-      .add_read_by("--frame-order", take_order,
-                   "forward, reverse, or binary: the first, the last, the middle, and so on")
-      .one_of({"forward", "reverse", "binary"})
+  const WordList<FrameOrder> orders = {
+      {"forward", FrameOrder::kForward}, {"reverse", FrameOrder::kReverse}, {"binary", FrameOrder::kBinary}};
+  add_choice(command, "--frame-order", orders, frames.order,
+             "forward, reverse, or binary: the first, the last, the middle, and so on")
       .needs(list)
       .as_setting();
   command.add_flag("--skip-existing", frames.skip_existing, "leave out frames whose image is there")

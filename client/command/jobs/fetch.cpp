@@ -27,7 +27,7 @@ struct FetchOptions {
 };
 
 int run(const FetchOptions& options, Interrupt& interrupt) {
-  if (const absl::Status status = check_output(options.output); !status.ok()) {
+  if (const absl::Status status = check_output(options.output, options.exr); !status.ok()) {
     return report(kUsage, std::string{status.message()});
   }
   const std::stop_token stop = interrupt.token();
@@ -63,6 +63,7 @@ void add_fetch_command(CommandLine& line) {
   command.add("ID", options->job_id, "the job, or a unique beginning of its id").required();
   command.add("-o,--output", options->output, "the image, .exr or .png").type_name("FILE").required();
   define_exr_options(command, options->exr);
+  define_multiview(command, options->exr);
   command.add_flag("--partial", options->partial, "write a partial image, if the job is not done");
   define_on_done_option(command, options->on_done);
   command.add_flag("--quiet", options->quiet, "no progress, no warnings");

@@ -294,11 +294,9 @@ int end_of(const FollowedJob& followed) {
   return has_ended(status.state()) ? report_end(status) : kDone;
 }
 
-/// Writes the picture of a view. The exit code is that of what went wrong with it; where the job did not end
-/// well, that was told already.
-int write_view(FollowedJob& followed, const v1::JobSpec& spec, std::uint32_t view, const std::string& output,
-               const ExrFormat& exr, bool is_done) {
-  FollowedImage& of_view = followed.images[view];
+/// Has the picture of a view tell of its making.
+void describe_view(const FollowedJob& followed, const v1::JobSpec& spec, std::uint32_t view,
+                   FollowedImage& of_view) {
   Image& image = of_view.image;
   RenderInfo info = render_info(spec, followed.status);
   info.seed = wire::seed_of(spec, view);
@@ -317,9 +315,23 @@ int write_view(FollowedJob& followed, const v1::JobSpec& spec, std::uint32_t vie
     image.metadata["tessera.warnings"] = absl::StrJoin(sorted, "\n");
   }
   if (!of_view.holes.empty()) image.metadata["tessera.holes"] = list_of(of_view.holes);
-  const absl::Status status =
-      of_view.rows ? write_image(image, *of_view.rows, output, exr) : write_image(image, output, exr);
-  if (!status.ok()) return report(kIncomplete, std::string{status.message()});
+}
+
+/// Writes all pictures to one file. Views that have no name get one, by their numbers.
+absl::Status write_views_together(FollowedJob& followed, const std::string& output, const ExrFormat& exr) {
+  std::vector<ExrView> views;
+  for (FollowedImage& of_view : followed.images) {
+    of_view.image.metadata.try_emplace("view", absl::StrCat("v", views.size()));
+    views.push_back({&of_view.image, of_view.rows.get()});
+  }
+  return write_exr_views(views, output, exr);
+}
+
+/// The exit code of what went wrong with a view's picture; where the job did not end well, that was told
+/// already.
+int end_of_view(FollowedImage& of_view, const absl::Status& written, const std::string& output,
+                bool is_done) {
+  if (!written.ok()) return report(kIncomplete, std::string{written.message()});
   of_view.written = true;
   if (!is_done) return kDone;
   if (of_view.incomplete_pixels > 0)
@@ -359,11 +371,21 @@ int deliver(FollowedJob& followed, const v1::JobSpec& spec, const std::string& o
   const int ended = end_of(followed);
   int code = ended;
   const auto views = static_cast<std::uint32_t>(followed.images.size());
+  const bool together = exr.multiview && views > 1 && is_exr(output);
+  for (std::uint32_t view = 0; view < views; ++view)
+    describe_view(followed, spec, view, followed.images[view]);
+  const absl::Status all = together ? write_views_together(followed, output, exr) : absl::OkStatus();
   // The file that has the name itself comes last: where it is there, all are.
   for (std::uint32_t view = views; view-- > 0;) {
-    const int of_view = write_view(followed, spec, view, output_of_view(output, view, views), exr,
-                                   /*is_done=*/ended == kDone);
-    if (of_view == kIncomplete || (code == kDone && of_view != kDone)) code = of_view;
+    FollowedImage& of_view = followed.images[view];
+    const std::string file = together ? output : output_of_view(output, view, views);
+    absl::Status written = all;
+    if (!together)
+      written = of_view.rows ? write_image(of_view.image, *of_view.rows, file, exr)
+                             : write_image(of_view.image, file, exr);
+    const int end = end_of_view(of_view, written, file, /*is_done=*/ended == kDone);
+    if (end == kIncomplete || (code == kDone && end != kDone)) code = end;
+    if (!all.ok()) break;  // told once
   }
   return code;
 }

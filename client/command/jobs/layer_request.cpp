@@ -38,9 +38,12 @@ std::string lamp_name(const v1::Shape& shape) {
 std::set<std::string> light_names(const v1::Scene& scene) {
   std::set<std::string> names;
   for (const v1::Light& light : scene.lights()) names.insert(group_or_name(light));
-  for (const v1::Shape& shape : scene.shapes()) {
-    if (shape.has_area_light()) names.insert(lamp_name(shape));
-  }
+  const auto add_lamps = [&](const auto& shapes) {
+    for (const v1::Shape& shape : shapes)
+      if (shape.has_area_light()) names.insert(lamp_name(shape));
+  };
+  add_lamps(scene.shapes());
+  for (const v1::Object& object : scene.objects()) add_lamps(object.shapes());
   names.erase("");
   return names;
 }

@@ -61,7 +61,7 @@ absl::Status check(const SubmitOptions& options) {
     if (options.detach) return absl::OkStatus();
     return absl::InvalidArgumentError("--output is required, unless with --detach");
   }
-  return check_output(options.render.output);
+  return check_output(options.render.output, options.render.exr);
 }
 
 /// The job that is continued; nothing where there is none.

@@ -7,45 +7,12 @@
 #include <utility>
 #include <vector>
 
+#include "command/read_option.h"
 #include "wire/settings.h"
 #include "wire/tile_result.h"
 
 namespace tessera::client {
 namespace {
-
-template <class Value>
-using WordList = std::vector<std::pair<std::string, Value>>;
-
-const WordList<ExrCompression>& compressions() {
-  static const WordList<ExrCompression> words = {
-      {"none", ExrCompression::kNone}, {"rle", ExrCompression::kRle}, {"zips", ExrCompression::kZips},
-      {"zip", ExrCompression::kZip},   {"piz", ExrCompression::kPiz}, {"dwaa", ExrCompression::kDwaa},
-      {"dwab", ExrCompression::kDwab}};
-  return words;
-}
-
-const WordList<ChannelNames>& conventions() {
-  static const WordList<ChannelNames> words = {{"tessera", ChannelNames::kTessera},
-                                               {"blender", ChannelNames::kBlender},
-                                               {"nuke", ChannelNames::kNuke},
-                                               {"mitsuba", ChannelNames::kMitsuba}};
-  return words;
-}
-
-/// An option whose value is one of a few words.
-template <class Value>
-void add_choice(options::Command& command, const char* name, const WordList<Value>& words, Value& value,
-                const char* description) {
-  std::vector<std::string> names;
-  for (const auto& [word, meaning] : words) names.push_back(word);
-  const auto take = [&words, &value](const std::string& text) {
-    for (const auto& [word, meaning] : words) {
-      if (word == text) value = meaning;
-    }
-    return absl::OkStatus();  // one_of() lets no other through
-  };
-  command.add_read_by(name, take, description).one_of(std::move(names));
-}
 
 /// Attributes that say how a file is laid out, or have another type than text.
 constexpr std::string_view kTaken[] = {"adoptedNeutral",
@@ -106,9 +73,17 @@ void define_exr_options(options::Command& command, ExrFormat& exr) {
       .separated_by_commas()
       .type_name("NAME,...");
   command.add_flag("--multipart", exr.multipart, "EXR with a part for each layer");
-  add_choice(command, "--exr-compression", compressions(), exr.compression,
+  const WordList<ExrCompression> compressions = {
+      {"none", ExrCompression::kNone}, {"rle", ExrCompression::kRle}, {"zips", ExrCompression::kZips},
+      {"zip", ExrCompression::kZip},   {"piz", ExrCompression::kPiz}, {"dwaa", ExrCompression::kDwaa},
+      {"dwab", ExrCompression::kDwab}};
+  const WordList<ChannelNames> conventions = {{"tessera", ChannelNames::kTessera},
+                                              {"blender", ChannelNames::kBlender},
+                                              {"nuke", ChannelNames::kNuke},
+                                              {"mitsuba", ChannelNames::kMitsuba}};
+  add_choice(command, "--exr-compression", compressions, exr.compression,
              "of an EXR: none, rle, zips, zip, piz, or with loss dwaa, dwab (default: zip)");
-  add_choice(command, "--channel-names", conventions(), exr.names,
+  add_choice(command, "--channel-names", conventions, exr.names,
              "names of an EXR's channels: tessera, blender, nuke or mitsuba (default: tessera)");
   const options::Option tiles =
       command.add("--exr-tiles", exr.tile_size, "EXR in tiles of this side, pixels; absent: scanlines")
@@ -132,6 +107,10 @@ void define_exr_options(options::Command& command, ExrFormat& exr) {
           [&exr] { exr.attributes.clear(); }, "a text for an EXR's header: owner=Studio; may be repeated")
       .type_name("NAME=TEXT");
   command.add_flag("--exr-mipmaps", exr.mipmaps, "half as large again and again, too").needs(tiles);
+}
+
+options::Option define_multiview(options::Command& command, ExrFormat& exr) {
+  return command.add_flag("--multiview", exr.multiview, "one EXR with a part for each view");
 }
 
 }  // namespace tessera::client

@@ -7,5 +7,7 @@
 namespace tessera::client {
 
 void define_exr_options(options::Command& command, ExrFormat& exr);
+/// An option for commands that write the pictures of a job, which may have several views.
+options::Option define_multiview(options::Command& command, ExrFormat& exr);
 
 }  // namespace tessera::client

@@ -31,6 +31,13 @@ absl::Status check_output(const std::string& path) {
   return check_writable(path);
 }
 
+absl::Status check_output(const std::string& path, const ExrFormat& exr) {
+  absl::Status status = check_output(path);
+  if (status.ok() && exr.multiview && !is_exr(path))
+    status = absl::InvalidArgumentError(absl::StrCat("--multiview writes an .exr; '", path, "' is none"));
+  return status;
+}
+
 absl::Status check_writable(const std::string& path) {
   const auto no = [&](const std::string& why) {
     return absl::InvalidArgumentError(absl::StrCat("cannot write ", path, ": ", why));

@@ -15,6 +15,9 @@ namespace tessera::client {
 /// cannot be written.
 absl::Status check_output(const std::string& path);
 
+/// The same, and where `exr` has all views in one file that is none.
+absl::Status check_output(const std::string& path, const ExrFormat& exr);
+
 /// The same for a file of any kind.
 absl::Status check_writable(const std::string& path);
 

@@ -38,4 +38,13 @@ class ImageRows final : public Rows {
 /// write_exr() of an image whose planes have names, but no values: those are `rows`.
 absl::Status write_exr(const Image& image, Rows& rows, const std::string& path, const ExrFormat& format);
 
+struct ExrView {
+  const Image* image = nullptr;
+  Rows* rows = nullptr;  // null: the image has its values
+};
+/// Writes pictures into one file, a part each, or several: their attributes `view`, which differ, name them
+/// and their parts ("rgba.left"). InvalidArgument where one has none.
+absl::Status write_exr_views(std::span<const ExrView> views, const std::string& path,
+                             const ExrFormat& format);
+
 }  // namespace tessera::client

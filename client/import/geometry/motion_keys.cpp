@@ -167,4 +167,37 @@ std::vector<TimedPlacing> during_shutter(const std::vector<TimedPlacing>& keys, 
   return placings;
 }
 
+namespace {
+
+/// Turned as the placing turns its z axis, and what it makes of x, and shifted; nothing where those have no
+/// plane.
+std::optional<M44d> unstretched(const M44d& placing) {
+  const V3d z = transformed_vector({0, 0, 1}, placing), y = z.cross(transformed_vector({1, 0, 0}, placing));
+  if (!is_finite(placing) || !(length(y) > 0)) return std::nullopt;
+  const V3d axis = z / length(z), up = y / length(y), side = up.cross(axis);
+  return M44d(side.x, side.y, side.z, 0, up.x, up.y, up.z, 0, axis.x, axis.y, axis.z, 0, placing[3][0],
+              placing[3][1], placing[3][2], 1);
+}
+
+}  // namespace
+
+bool write_light_motion(const std::vector<TimedPlacing>& placings, v1::Light& light) {
+  if (placings.size() < 2) return true;
+  std::vector<TimedPlacing> rigid;
+  for (const TimedPlacing& placing : placings) {
+    const std::optional<M44d> own =
+        light.has_point() ? translation(placing.place[3][0], placing.place[3][1], placing.place[3][2])
+                          : unstretched(placing.place);
+    if (!own || !is_finite(*own)) return false;
+    rigid.push_back({placing.time, *own});
+  }
+  const M44d start = rigid.front().place;
+  const bool moves =
+      std::ranges::any_of(rigid, [&](const TimedPlacing& placing) { return !(placing.place == start); });
+  if (!moves) return true;
+  for (TimedPlacing& placing : rigid) placing.place = *inverse(start) * placing.place;
+  write_motion(rigid, light);
+  return true;
+}
+
 }  // namespace tessera::client

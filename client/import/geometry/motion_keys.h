@@ -55,4 +55,8 @@ void write_motion(const std::vector<TimedPlacing>& placings, v1::Matrix* (Elemen
   }
 }
 
+/// The motion of a light that has points or a direction, those of the first of the placings; what is
+/// stretched is not. False, with nothing written, where one of the placings has no axes.
+bool write_light_motion(const std::vector<TimedPlacing>& placings, v1::Light& light);
+
 }  // namespace tessera::client

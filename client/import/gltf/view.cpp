@@ -138,27 +138,19 @@ class LightWriter {
   void write(const Node& node, const Json& light, const std::string& place) {
     const std::string type = text_of(&light, "type");
     const double intensity = number_of(&light, "intensity", 1);
-    const bool moves = node.motion.size() > 1;
-    const Imath::M44d &start = node.world_from_node, &end = moves ? node.motion.back().place : start;
-    const auto position_of = [](const Imath::M44d& t) { return Imath::V3d(t[3][0], t[3][1], t[3][2]); };
-    const Imath::V3d position = position_of(start), position_end = position_of(end);
-    const Imath::V3d direction = transformed_vector({0, 0, -1}, start),
-                     direction_end = transformed_vector({0, 0, -1}, end);
-    if (!(length(direction) > 0) || !(length(direction_end) > 0)) {
+    const Imath::M44d& start = node.world_from_node;
+    const Imath::V3d position(start[3][0], start[3][1], start[3][2]);
+    const Imath::V3d direction = transformed_vector({0, 0, -1}, start);
+    if (!(length(direction) > 0)) {
       context_.warn(node.place, "a light on a node whose scale is 0 is left out");
       return;
     }
-    if (node.motion.size() > 2)
-      context_.warn(
-          node.place,
-          "a light goes straight and evenly to where it is when the shutter closes, whatever its way");
     v1::Light& message = *context_.scene.add_lights();
     message.set_name(node.name.empty() ? text_of(&light, "name") : node.name);
     if (type == "directional") {
       put(direction, *message.mutable_distant()->mutable_direction());
-      if (moves) put(direction_end, *message.mutable_distant()->mutable_direction_end());
       *message.mutable_distant()->mutable_irradiance() = light_color(light, intensity);
-      return;
+      return move(node, message);
     }
     if (from_blender_)
       context_.warn(place, "lamps of Blender's exporter are taken as watts: candela are divided by 683");
@@ -166,9 +158,8 @@ class LightWriter {
         light_color(light, from_blender_ ? intensity / kBlenderLumensPerWatt : intensity);
     if (type == "point") {
       put(position, *message.mutable_point()->mutable_position());
-      if (moves) put(position_end, *message.mutable_point()->mutable_position_end());
       *message.mutable_point()->mutable_intensity() = color;
-      return;
+      return move(node, message);
     }
     const Json* spot = member(&light, "spot");
     const double inner = number_of(spot, "innerConeAngle", 0),
@@ -182,16 +173,18 @@ class LightWriter {
     v1::SpotLight& result = *message.mutable_spot();
     put(position, *result.mutable_position());
     put(position + direction * (1 / length(direction)), *result.mutable_target());
-    if (moves) {
-      put(position_end, *result.mutable_position_end());
-      put(position_end + direction_end * (1 / length(direction_end)), *result.mutable_target_end());
-    }
     *result.mutable_intensity() = color;
     result.set_cone_angle_degrees(static_cast<float>(outer * kDegrees));
     result.set_cone_delta_degrees(static_cast<float>((outer - inner) * kDegrees));
+    move(node, message);
   }
 
  private:
+  void move(const Node& node, v1::Light& light) {
+    if (node.motion.size() > 1 && !write_light_motion(node.motion, light))
+      context_.warn(node.place, "a light on a node whose scale becomes 0 stands still");
+  }
+
   Context& context_;
   bool from_blender_ = false;
 };

@@ -20,13 +20,10 @@ void write_point(const Imath::V3d& from, v1::Point3& to) {
 
 Imath::V3d origin_of(const Imath::M44d& t) { return {t[3][0], t[3][1], t[3][2]}; }
 
-/// Where an emitter is when the shutter opens, and when it closes.
-MovingTransform way_of(PropertyReader& reader) {
-  const std::vector<TimedPlacing> motion = reader.motion("to_world");
-  if (motion.size() > 2)
-    reader.warn(concat("a ", reader.object().title(),
-                       " goes straight and evenly to where it is when the shutter closes, whatever its way"));
-  return {motion.front().place, motion.back().place};
+/// Turns and shifts a light that has points or a direction; whatever else its transforms do is left out.
+void write_way(PropertyReader& reader, const std::vector<TimedPlacing>& way, v1::Light& light) {
+  if (!write_light_motion(way, light))
+    reader.error(concat("a ", reader.object().title(), " that moves has a transform that is singular"));
 }
 
 v1::Spectrum emission(PropertyReader& reader, std::string_view name) {
@@ -37,24 +34,20 @@ void write_point_light(PropertyReader& reader, SceneTextures&, v1::Light& light)
   if (reader.has("position") && reader.has("to_world")) {
     reader.error("emitter \"point\": \"position\" and \"to_world\" exclude each other");
   }
-  const MovingTransform way = way_of(reader);
-  const Imath::V3d position = reader.vector("position").value_or(origin_of(way.start));
+  const std::vector<TimedPlacing> way = reader.motion("to_world");
+  const Imath::V3d position = reader.vector("position").value_or(origin_of(way.front().place));
   write_point(position, *light.mutable_point()->mutable_position());
-  if (way.moves()) write_point(origin_of(way.end), *light.mutable_point()->mutable_position_end());
+  write_way(reader, way, light);
   *light.mutable_point()->mutable_intensity() = emission(reader, "intensity");
 }
 
 void write_spot(PropertyReader& reader, SceneTextures& textures, v1::Light& light) {
   v1::SpotLight& spot = *light.mutable_spot();
-  const MovingTransform way = way_of(reader);
-  const Imath::M44d& to_world = way.start;
-  const auto target_of = [](const Imath::M44d& t) { return origin_of(t) + transformed_vector({0, 0, 1}, t); };
+  const std::vector<TimedPlacing> way = reader.motion("to_world");
+  const Imath::M44d& to_world = way.front().place;
   write_point(origin_of(to_world), *spot.mutable_position());
-  write_point(target_of(to_world), *spot.mutable_target());
-  if (way.moves()) {
-    write_point(origin_of(way.end), *spot.mutable_position_end());
-    write_point(target_of(way.end), *spot.mutable_target_end());
-  }
+  write_point(origin_of(to_world) + transformed_vector({0, 0, 1}, to_world), *spot.mutable_target());
+  write_way(reader, way, light);
   *spot.mutable_intensity() = emission(reader, "intensity");
   const double cutoff = reader.number("cutoff_angle", 20), beam = reader.number("beam_width", 0.75 * cutoff);
   if (!(cutoff > 0 && cutoff <= 180) || !(beam >= 0 && beam <= cutoff)) {
@@ -68,7 +61,6 @@ void write_spot(PropertyReader& reader, SceneTextures& textures, v1::Light& ligh
   if (texture == nullptr) return;
   spot.set_texture(textures.use(*texture, TextureRole::kColor));
   write_point(transformed_vector({0, 1, 0}, to_world), *spot.mutable_up());
-  if (way.moves()) write_point(transformed_vector({0, 1, 0}, way.end), *spot.mutable_up_end());
   // u grows along cross(up, axis), in Mitsuba as here, as long as nothing mirrors.
   if (determinant3(to_world) < 0) {
     reader.warn("the transformation of a spot mirrors its texture in Mitsuba: it is not mirrored here");
@@ -79,14 +71,14 @@ void write_directional(PropertyReader& reader, SceneTextures&, v1::Light& light)
   if (reader.has("direction") && reader.has("to_world")) {
     reader.error("emitter \"directional\": \"direction\" and \"to_world\" exclude each other");
   }
-  const MovingTransform way = way_of(reader);
-  const Imath::V3d direction = reader.vector("direction").value_or(transformed_vector({0, 0, 1}, way.start));
+  const std::vector<TimedPlacing> way = reader.motion("to_world");
+  const Imath::V3d direction =
+      reader.vector("direction").value_or(transformed_vector({0, 0, 1}, way.front().place));
   if (!(std::hypot(direction[0], direction[1], direction[2]) > 0)) {
     reader.error("emitter \"directional\": its direction is zero");
   }
   write_point(direction, *light.mutable_distant()->mutable_direction());
-  if (way.moves())
-    write_point(transformed_vector({0, 0, 1}, way.end), *light.mutable_distant()->mutable_direction_end());
+  write_way(reader, way, light);
   *light.mutable_distant()->mutable_irradiance() = emission(reader, "irradiance");
 }
 
@@ -99,9 +91,9 @@ void write_environment(PropertyReader& reader, SceneTextures&, v1::Light& light)
   infinite.set_mapping(v1::InfiniteLight::LATITUDE_LONGITUDE);
   const double scale = reader.number("scale", 1);
   if (scale != 1) infinite.set_scale(static_cast<float>(scale));
-  const MovingTransform way = way_of(reader);
-  write_matrix(way.start, *infinite.mutable_world_from_light());
-  if (way.moves()) write_all_elements(way.end, *infinite.mutable_world_from_light_end());
+  const std::vector<TimedPlacing> way = reader.motion("to_world");
+  write_matrix(way.front().place, *infinite.mutable_world_from_light());
+  write_motion(way, light);
   reader.ignore({"mis_compensation"});
   const std::optional<std::filesystem::path> path = reader.file("filename");
   if (!path) return;
@@ -128,9 +120,9 @@ double aspect_of(Context& context, Object* texture) {
 void write_projector(PropertyReader& reader, SceneTextures& textures, v1::Light& light) {
   v1::ProjectionLight& projector = *light.mutable_projection();
   projector.set_even_screen(true);
-  const MovingTransform way = way_of(reader);
-  write_matrix(way.start, *projector.mutable_world_from_light());
-  if (way.moves()) write_all_elements(way.end, *projector.mutable_world_from_light_end());
+  const std::vector<TimedPlacing> way = reader.motion("to_world");
+  write_matrix(way.front().place, *projector.mutable_world_from_light());
+  write_motion(way, light);
   // Mitsuba's "irradiance" is short of a factor pi.
   const double scale = reader.number("scale", 1) * std::numbers::pi;
   Object* varying = nullptr;

@@ -202,8 +202,10 @@ class SceneCheck {
 
   bool has_light() const {
     if (scene_.lights_size() > 0) return true;
-    for (const v1::Shape& shape : scene_.shapes()) {
-      if (shape.has_area_light()) return true;
+    const auto shines = [](const v1::Shape& shape) { return shape.has_area_light(); };
+    if (std::ranges::any_of(scene_.shapes(), shines)) return true;
+    for (const v1::Object& object : scene_.objects()) {
+      if (std::ranges::any_of(object.shapes(), shines)) return true;
     }
     for (const v1::Medium& medium : scene_.media()) {
       if (medium.has_emission()) return true;

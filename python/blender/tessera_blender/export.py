@@ -10,7 +10,6 @@ from typing import Any
 import bpy
 import numpy as np
 from tessera import Scene
-from tessera._values import point_message
 
 from .camera import CameraExport
 from .materials import Materials
@@ -324,19 +323,15 @@ class Exporter:
         return True
 
     def _move_lamp(self, lamp: Any, placings: list[tuple[float, Any]]) -> None:
-        """Has the last light go to the last of the placings: straight and evenly."""
-        first, last = (_unscaled(matrix) for _, matrix in (placings[0], placings[-1]))
-        way = last[:3, 3] - first[:3, 3]
-        if any(not np.allclose(m[:3, 3], first[:3, 3] + t * way, atol=1e-3 * np.abs(way).max()) for t, m in placings):
-            self._materials.warn(f"lamp {lamp.name}: it goes straight and evenly to its last place")
-        light = self.scene.message.lights[-1]
-        if lamp.data.type == "SUN":
-            light.distant.direction_end.CopyFrom(point_message(-last[:3, 2]))
-        elif lamp.data.type == "POINT":
-            light.point.position_end.CopyFrom(point_message(last[:3, 3]))
-        else:
-            light.spot.position_end.CopyFrom(point_message(last[:3, 3]))
-            light.spot.target_end.CopyFrom(point_message(last[:3, 3] - last[:3, 2]))
+        """Has the last light go through the placings; a point has no directions."""
+        rigid = [(time, _unscaled(matrix)) for time, matrix in placings]
+        if lamp.data.type == "POINT":
+            for _, matrix in rigid:
+                matrix[:3, :3] = np.eye(3)
+        back = np.linalg.inv(rigid[0][1])
+        keys = [(time, matrix @ back) for time, matrix in rigid]
+        if not all(np.allclose(matrix, keys[0][1], atol=1e-9) for _, matrix in keys):
+            write_keys(keys, self.scene.message.lights[-1])
 
     def _area(self, lamp: Any, data: Any, placings: list[tuple[float, Any]], power: Any) -> None:
         """Radiance: power / (4 area), as Cycles has it; it shines along -z."""

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 from tessera._values import matrix_message
-from tessera.v1 import camera_pb2, shape_pb2
+from tessera.v1 import camera_pb2, light_pb2, shape_pb2
 
 # Sets the frame, with a part of it below 1, and evaluates the dependency graph for it.
 SetFrame = Callable[[int, float], Any]
@@ -110,7 +110,9 @@ class Motions:
         return shapes if len(shapes) == 2 ** self._steps.get(key, 0) + 1 else []
 
 
-def write_keys(placings: list[tuple[float, Any]], element: shape_pb2.Shape | camera_pb2.Camera) -> None:
+def write_keys(
+    placings: list[tuple[float, Any]], element: shape_pb2.Shape | camera_pb2.Camera | light_pb2.Light
+) -> None:
     """The placings after the first, which is the place of the element itself."""
     for time, matrix in placings[1:]:
         element.motion.add(time=time, place=matrix_message(matrix))

@@ -296,4 +296,10 @@ absl::StatusOr<std::string> FarmViews::last_phase_of(const std::string& id) cons
   return (*blob)->read(0, (*blob)->size());
 }
 
+absl::StatusOr<std::unique_ptr<BlobReader>> FarmViews::scene_of(const std::string& id) const {
+  const absl::StatusOr<std::shared_ptr<const JobShape>> shape = shape_of(id);
+  if (!shape.ok()) return shape.status();
+  return core_.blobs().read((*shape)->spec.content().scene());
+}
+
 }  // namespace tessera::server

@@ -13,6 +13,7 @@
 
 namespace tessera::server {
 
+class BlobReader;
 class FarmCore;
 class WorkerRegistry;
 struct JobEntry;
@@ -60,6 +61,8 @@ class FarmViews {
                                                       std::uint32_t most) const;
   /// The blob that the job's last phase made. NotFound where there is none, or not yet, or not any more.
   absl::StatusOr<std::string> last_phase_of(const std::string& id) const;
+  /// The job's scene, a serialized message. NotFound where it is not here any more.
+  absl::StatusOr<std::unique_ptr<BlobReader>> scene_of(const std::string& id) const;
 
  private:
   struct Results;

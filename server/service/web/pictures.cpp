@@ -6,6 +6,8 @@
 #include "service/farm/farm_views.h"
 #include "service/job/job_table.h"
 #include "spectra/sensor/bands.h"
+#include "store/blobs/blob_store.h"
+#include "wire/algorithm.h"
 #include "wire/scene_views.h"
 
 namespace tessera::server {
@@ -17,6 +19,15 @@ PixelArea crop_of(const v1::JobSpec& spec) {
 }
 
 bool has_pilot(const v1::JobSpec& spec) { return spec.samples().noise() > 0; }
+
+/// Whether the errors of neighbouring pixels may agree.
+bool pixels_share(const v1::JobSpec& spec) {
+  const wire::AlgorithmTraits* const algorithm =
+      wire::find_algorithm(spec.content().algorithms().integrator());
+  return spec.view().reconstruction() == v1::RECONSTRUCTION_SCATTER ||
+         spec.view().path_sharing() > v1::PATH_SHARING_OFF || algorithm == nullptr ||
+         algorithm->work != wire::WorkKind::kTiles;
+}
 
 double cpu_seconds_of(const v1::UnitStats& stats) {
   return static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
@@ -48,8 +59,7 @@ absl::Status ShownPicture::add(const v1::UnitResult& result, double cpu_seconds)
   const absl::StatusOr<wire::TileResult> tile = wire::decode_tile_result(result.payload());
   if (!tile.ok()) return tile.status();
   const std::lock_guard lock(mutex_);
-  if (picture_.level() > 0 || !bands_.empty())
-    results_.push_back({result.sequence(), {tile->x0, tile->y0, tile->x1, tile->y1}});
+  if (keeps_results()) results_.push_back({result.sequence(), {tile->x0, tile->y0, tile->x1, tile->y1}});
   return picture_.add(*tile, cpu_seconds);
 }
 
@@ -144,39 +154,82 @@ absl::StatusOr<wire::TileResult> ShownPicture::read(std::uint64_t sequence) cons
   return wire::decode_tile_result(*payload);
 }
 
-absl::StatusOr<ShownPicture::Spectrum> ShownPicture::spectrum(std::uint32_t x, std::uint32_t y) {
-  if (bands_.empty()) return absl::InvalidArgumentError("the job's film has no bands (--film spectral:N)");
-  if (x >= area_.width() || y >= area_.height())
-    return absl::InvalidArgumentError("the picture has no such pixel");
-  const std::uint32_t film_x = area_.x0 + x, film_y = area_.y0 + y;
+template <class Take>
+absl::Status ShownPicture::read_again(const PixelArea& film, Take&& take) {
   std::vector<std::uint64_t> sequences;
   std::size_t reread = 0;
   {
     const std::lock_guard lock(mutex_);
     for (const Result& result : results_) {
-      if (intersection(result.area, {film_x, film_y, film_x + 1, film_y + 1}).empty()) continue;
+      if (intersection(result.area, film).empty()) continue;
       sequences.push_back(result.sequence);
       reread += std::size_t{result.area.width()} * result.area.height() * shape_->channels.size();
     }
   }
   if (sequences.size() > kMostReread || reread > kMostRereadPixels)
-    return absl::ResourceExhaustedError("this pixel is made of too many results to read its bands again");
-  Spectrum spectrum;
-  std::vector<double> sums(bands_.size());
+    return absl::ResourceExhaustedError("these pixels are made of too many results to read them again");
   for (const std::uint64_t sequence : sequences) {
     const absl::StatusOr<wire::TileResult> tile = read(sequence);
     if (!tile.ok()) return tile.status();
-    if (tile->channels.size() != shape_->channels.size()) continue;  // a hole, as in add()
-    const std::size_t pixels = tile->pixel_count(),
-                      at = std::size_t{film_y - tile->y0} * (tile->x1 - tile->x0) + (film_x - tile->x0);
-    spectrum.samples += tile->counts[at];
-    for (std::size_t b = 0; b < bands_.size(); ++b) sums[b] += tile->values[bands_[b].channel * pixels + at];
+    if (tile->channels.size() == shape_->channels.size()) take(*tile);  // else a hole, as in add()
   }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<ShownPicture::Spectrum> ShownPicture::spectrum(std::uint32_t x, std::uint32_t y) {
+  if (bands_.empty()) return absl::InvalidArgumentError("the job's film has no bands (--film spectral:N)");
+  if (x >= area_.width() || y >= area_.height())
+    return absl::InvalidArgumentError("the picture has no such pixel");
+  const std::uint32_t film_x = area_.x0 + x, film_y = area_.y0 + y;
+  Spectrum spectrum;
+  std::vector<double> sums(bands_.size());
+  const absl::Status done =
+      read_again({film_x, film_y, film_x + 1, film_y + 1}, [&](const wire::TileResult& tile) {
+        const std::size_t pixels = tile.pixel_count(),
+                          at = std::size_t{film_y - tile.y0} * (tile.x1 - tile.x0) + (film_x - tile.x0);
+        spectrum.samples += tile.counts[at];
+        for (std::size_t b = 0; b < bands_.size(); ++b)
+          sums[b] += tile.values[bands_[b].channel * pixels + at];
+      });
+  if (!done.ok()) return done;
   for (std::size_t b = 0; b < bands_.size(); ++b) {
     spectrum.centres_nm.push_back(bands_[b].centre_nm);
     if (spectrum.samples > 0) spectrum.values.push_back(sums[b] / static_cast<double>(spectrum.samples));
   }
   return spectrum;
+}
+
+absl::StatusOr<ShownPicture::MeasuredLight> ShownPicture::measure(std::uint32_t x, std::uint32_t y) {
+  const std::optional<MeterChannels> channels = meter_channels(shape_->channels);
+  if (!channels || !layer_.is_color()) return absl::InvalidArgumentError("the layer has no colours");
+  if (x >= area_.width() || y >= area_.height())
+    return absl::InvalidArgumentError("the picture has no such pixel");
+  constexpr std::uint32_t kHalf = kMeterBlock / 2;
+  const std::uint32_t film_x = area_.x0 + x, film_y = area_.y0 + y;
+  const PixelArea around = intersection(
+      area_,
+      {film_x - std::min(film_x, kHalf), film_y - std::min(film_y, kHalf), film_x + kHalf, film_y + kHalf});
+  LightMeter meter(around, *channels);
+  const absl::Status done = read_again(around, [&](const wire::TileResult& tile) { meter.add(tile); });
+  if (!done.ok()) return done;
+  MeasuredLight light{.has_variance = channels->deviations.has_value(), .shares = pixels_share(shape_->spec)};
+  const std::array<double, 3> weights = units().weights;
+  light.pixel = meter.read({film_x, film_y, film_x + 1, film_y + 1}, weights, light.shares);
+  light.block = meter.read(around, weights, light.shares);
+  return light;
+}
+
+PixelUnits ShownPicture::units() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (units_) return *units_;
+  }
+  const absl::StatusOr<std::unique_ptr<BlobReader>> scene = views_.scene_of(job_);
+  const auto head = scene.ok() ? read_scene_head(**scene) : absl::StatusOr<v1::Scene>(scene.status());
+  const PixelUnits units = head.ok() ? pixel_units_of(*head, shape_->spec) : usual_pixel_units(shape_->spec);
+  const std::lock_guard lock(mutex_);
+  units_ = units;
+  return units;
 }
 
 ShownPicture::News ShownPicture::since(std::uint64_t generation, std::uint64_t changes) const {
@@ -207,6 +260,12 @@ absl::StatusOr<std::shared_ptr<ShownPicture>> Pictures::open(const std::string& 
   Kept& kept = kept_[{job, layer}];
   kept = {.picture = std::make_shared<ShownPicture>(views_, job, *shape, *found), .used = ++uses_};
   return kept.picture;
+}
+
+absl::StatusOr<std::shared_ptr<ShownPicture>> Pictures::open_colors(const std::string& job) {
+  const absl::StatusOr<std::shared_ptr<const JobShape>> shape = views_.shape_of(job);
+  if (!shape.ok()) return shape.status();
+  return open(job, layers_of((*shape)->channels, has_pilot((*shape)->spec)).front().name);
 }
 
 bool Pictures::make_room(std::size_t bytes) {

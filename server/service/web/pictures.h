@@ -5,12 +5,15 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "service/web/light_meter.h"
 #include "service/web/picture.h"
+#include "service/web/pixel_units.h"
 
 namespace tessera::server {
 
@@ -42,6 +45,22 @@ class ShownPicture {
   /// bands or the crop no such pixel, ResourceExhausted where the pixel is made of too many results.
   absl::StatusOr<Spectrum> spectrum(std::uint32_t x, std::uint32_t y);
 
+  /// The light of one pixel and of those around it.
+  struct MeasuredLight {
+    LightReading pixel, block;
+    bool has_variance = false;  // the job has what errors are made of
+    bool shares = false;        // pixels share samples: the block's error is an upper bound
+  };
+  /// Side of the block, whose pixels are those from 4 before to 3 behind.
+  static constexpr std::uint32_t kMeterBlock = 8;
+  /// The light about pixel (x, y) of the crop, read from the results again; of a picture of colours.
+  /// InvalidArgument where the crop has no such pixel or the layer is no colour, ResourceExhausted where the
+  /// pixels are made of too many results.
+  absl::StatusOr<MeasuredLight> measure(std::uint32_t x, std::uint32_t y);
+
+  /// Units of the job's colours; they are read once.
+  PixelUnits units();
+
   /// The changes since a page was told, which may be everything.
   struct News {
     std::uint64_t generation = 0;  // the picture was begun anew so often
@@ -68,6 +87,11 @@ class ShownPicture {
 
   absl::Status add(const v1::UnitResult& result, double cpu_seconds);
   void find_pilot();
+  /// Whether results are remembered, to be read again.
+  bool keeps_results() const { return picture_.level() > 0 || !bands_.empty() || layer_.is_color(); }
+  /// Reads the results again that have pixels of the film, and gives them to `take`.
+  template <class Take>
+  absl::Status read_again(const PixelArea& film, Take&& take);
   absl::StatusOr<wire::TileResult> read(std::uint64_t sequence) const;
 
   FarmViews& views_;
@@ -85,7 +109,8 @@ class ShownPicture {
   std::shared_ptr<const wire::PilotBlocks> pilot_;  // written by who holds following_, too
   std::uint64_t generation_ = 1;
   std::uint32_t revision_ = 0;
-  std::vector<Result> results_;  // kept where levels below the picture's, or bands, may be asked for
+  std::vector<Result> results_;  // where keeps_results()
+  std::optional<PixelUnits> units_;
 };
 
 /// Pictures that are looked at, and a few that were. Thread-safe.
@@ -100,6 +125,9 @@ class Pictures {
   /// NotFound for a job or a layer that is not there; ResourceExhausted when there is no room, because all
   /// that is kept is looked at.
   absl::StatusOr<std::shared_ptr<ShownPicture>> open(const std::string& job, const std::string& layer);
+
+  /// The same of the job's first layer, its colours.
+  absl::StatusOr<std::shared_ptr<ShownPicture>> open_colors(const std::string& job);
 
  private:
   using Key = std::pair<std::string, std::string>;

@@ -78,6 +78,13 @@ std::string text_member(const Json& object, const char* name) {
   return found != object.end() && found->is_string() ? found->get<std::string>() : "";
 }
 
+Json json_of(const PixelUnits& units) {
+  return {{"weights", units.weights},
+          {"cd_per_m2", units.cd_per_m2},
+          {"radiance", units.radiance},
+          {"about", units.about}};
+}
+
 /// Waits for a call of the farm.
 template <class Call>
 absl::Status outcome_of(Call&& call) {
@@ -267,6 +274,8 @@ HttpAnswer WebSite::read(const HttpRequest& request, const Visitor& who) {
   if (request.path == "/api/events") return events(request, who);
   if (request.path == "/api/pixels") return pixels(request, who);
   if (request.path == "/api/spectrum") return spectrum(request, who);
+  if (request.path == "/api/meter") return meter(request, who);
+  if (request.path == "/api/units") return units(request, who);
   if (request.path != "/api/job") return refusal(absl::NotFoundError("there is nothing here"));
   const std::string id = request.parameter("id");
   if (absl::Status status = rights_.check(who.caller, request.peer, id); !status.ok()) return refusal(status);
@@ -323,6 +332,45 @@ HttpAnswer WebSite::spectrum(const HttpRequest& request, const Visitor& who) {
   if (!spectrum.ok()) return refusal(spectrum.status());
   return json_answer(
       {{"nm", spectrum->centres_nm}, {"values", spectrum->values}, {"samples", spectrum->samples}});
+}
+
+absl::StatusOr<WebSite::ColorPicture> WebSite::color_picture(const HttpRequest& request, const Visitor& who) {
+  const std::string job = request.parameter("job");
+  if (absl::Status s = rights_.check(who.caller, request.peer, job); !s.ok()) return s;
+  absl::StatusOr<std::shared_ptr<ShownPicture>> picture = pictures_.open_colors(job);
+  if (!picture.ok()) return picture.status();
+  // Nobody may follow it: the page may show another layer.
+  const bool more = (*picture)->follow(std::chrono::steady_clock::now() + kFollowThumbnail);
+  return ColorPicture{*std::move(picture), more};
+}
+
+HttpAnswer WebSite::meter(const HttpRequest& request, const Visitor& who) {
+  const auto place = numbers_of(request, {"x", "y"});
+  if (!place.ok()) return refusal(place.status());
+  const absl::StatusOr<ColorPicture> colors = color_picture(request, who);
+  if (!colors.ok()) return refusal(colors.status());
+  const auto light = colors->picture->measure(place->front(), place->back());
+  if (!light.ok()) return refusal(light.status());
+  const auto reading = [](const LightReading& told) {
+    Json json{{"color", told.color},
+              {"luminance", told.luminance},
+              {"samples", told.samples},
+              {"pixels", told.pixels}};
+    if (told.error) json["error"] = *told.error;
+    return json;
+  };
+  return json_answer({{"pixel", reading(light->pixel)},
+                      {"block", reading(light->block)},
+                      {"variance", light->has_variance},
+                      {"shares", light->shares},
+                      {"more", colors->more},
+                      {"units", json_of(colors->picture->units())}});
+}
+
+HttpAnswer WebSite::units(const HttpRequest& request, const Visitor& who) {
+  const absl::StatusOr<ColorPicture> colors = color_picture(request, who);
+  if (!colors.ok()) return refusal(colors.status());
+  return json_answer(json_of(colors->picture->units()));
 }
 
 HttpAnswer WebSite::change(const HttpRequest& request, const Visitor& who) {

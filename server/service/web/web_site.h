@@ -61,6 +61,14 @@ class WebSite {
   HttpAnswer events(const HttpRequest& request, const Visitor& who);
   HttpAnswer pixels(const HttpRequest& request, const Visitor& who);
   HttpAnswer spectrum(const HttpRequest& request, const Visitor& who);
+  /// The picture of the job's colours, and whether it has results that were not read yet.
+  struct ColorPicture {
+    std::shared_ptr<ShownPicture> picture;
+    bool more = false;
+  };
+  absl::StatusOr<ColorPicture> color_picture(const HttpRequest& request, const Visitor& who);
+  HttpAnswer meter(const HttpRequest& request, const Visitor& who);
+  HttpAnswer units(const HttpRequest& request, const Visitor& who);
   /// Unauthenticated for somebody who is not known, PermissionDenied for somebody who was expelled or whose
   /// role is not for `method` (is_allowed).
   absl::StatusOr<Visitor> identify(const HttpRequest& request, const std::string& method) const;

@@ -139,11 +139,7 @@ async def spectrum(farm, browser):
     await browser.open(farm.page(f"#/job/{job}"))
     await browser.until(f"jobs.has({job!r}) && jobs.get({job!r}).state === 'DONE'")
     await browser.until("viewer.source !== null && viewer.source.valueAt(32, 24) !== null")
-    box = await browser.evaluate(
-        "(() => { const b = byId('canvas').getBoundingClientRect(); return [b.left + b.width / 2, b.top + b.height / 2]; })()"
-    )
-    for kind in ("mousePressed", "mouseReleased"):
-        await browser.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+    await click(browser)
     await browser.until("document.querySelector('#spectrum:not([hidden]) .curve') !== null")
     steps = await browser.evaluate("document.querySelector('#spectrum .curve').getAttribute('d').split('H').length - 1")
     check(steps == 12, f"{steps} steps in the plot of 12 bands")
@@ -151,6 +147,57 @@ async def spectrum(farm, browser):
     check(caption.endswith(": 4 samples"), f"the plot says '{caption}'")
     await browser.evaluate("viewer.probe(-1, -1)")
     check(await browser.evaluate("byId('spectrum').hidden"), "a plot beside the picture")
+
+
+async def click(browser, share_x=0.5, share_y=0.5):
+    """Clicks on the picture, at a place in shares of the canvas."""
+    box = await browser.evaluate(
+        f"(() => {{ const b = byId('canvas').getBoundingClientRect();"
+        f" return [b.left + {share_x} * b.width, b.top + {share_y} * b.height]; }})()"
+    )
+    for kind in ("mousePressed", "mouseReleased"):
+        await browser.call("Input.dispatchMouseEvent", type=kind, x=box[0], y=box[1], button="left", clickCount=1)
+
+
+async def meter(farm, browser):
+    """A click tells a pixel's luminance, with its error where the job has the variance; false colours have a legend."""
+    line = "[...document.querySelectorAll('#meter tr')].find((row) => row.textContent.includes('luminance'))"
+    for aovs in ((), ("--aov", "variance")):
+        options = ("--spp", "16", "--resolution", "64x48", "--reconstruction", "sample", *aovs)
+        job = farm.submit("scenes/cornell-box/scene.pbrt", *options)
+        await browser.open(farm.page(f"#/job/{job}"))
+        await browser.until(f"jobs.has({job!r}) && jobs.get({job!r}).state === 'DONE'")
+        await browser.until("viewer.source !== null && viewer.source.valueAt(32, 24) !== null")
+        await click(browser)
+        await browser.until(f"{line} !== undefined")
+        pixel, block = await browser.evaluate(f"[...{line}.children].slice(1).map((cell) => cell.textContent)")
+        note = await browser.evaluate("document.querySelector('#meter p').textContent")
+        check(("\u00b1" in pixel) == bool(aovs) and ("\u00b1" in block) == bool(aovs), f"the meter says {pixel}, {block}")
+        check(("--aov variance" in note) == (not aovs), note)
+        # The page has the colours as 16-bit floats, of 11 bits, and the meter tells four digits, or to half of the
+        # last one of its error.
+        caption = await browser.evaluate("document.querySelector('#meter figcaption').textContent")
+        light = await browser.evaluate(
+            f"(() => {{ const [r, g, b] = viewer.source.valueAt({caption}).values;"
+            " return 0.2126 * r + 0.7152 * g + 0.0722 * b; })()")
+        factor = (await browser.evaluate(f"ask('units?job={job}')"))["cd_per_m2"]
+        told = [float(part) for part in pixel.split("\u00b1")]
+        slack = factor * light * (2**-11 + 1e-3) + (0.1 * told[1] if aovs else 0)
+        check(abs(told[0] - factor * light) <= slack, f"the meter says {pixel}, the page has {factor} x {light}")
+    await browser.evaluate(choose("tone", "6"))
+    await browser.until("!byId('legend').hidden && document.querySelectorAll('#legend text').length > 1")
+    check(await browser.evaluate("document.querySelector('#legend figcaption').textContent") == "cd/m\u00b2", "its unit")
+    await browser.until(
+        "(() => { const c = byId('canvas'), d = c.getContext('2d').getImageData(c.width / 2, c.height / 2, 1, 1).data;"
+        " for (let i = 0; i < 768; i += 3) if ([0, 1, 2].every((b) => kCividis[i + b] === d[b])) return true;"
+        " return false; })()")
+    await browser.evaluate(choose("layer", "samples"))
+    await browser.until("viewer.source.layer === 'samples' && byId('legend').hidden")
+    await browser.evaluate(choose("layer", "color"))
+    await browser.evaluate(choose("tone", "0"))
+    await browser.until("viewer.source.layer === 'color' && byId('legend').hidden")
+    await browser.evaluate("viewer.probe(-1, -1)")
+    check(await browser.evaluate("byId('meter').hidden"), "a meter beside the picture")
 
 
 async def noise(farm, browser):

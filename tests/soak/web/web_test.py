@@ -28,6 +28,7 @@ async def run(programs, screenshots):
             await page_checks.jobs_and_names(farm, browser)
             worker = await page_checks.picture(farm, browser)
             await page_checks.looks(browser)
+            await page_checks.meter(farm, browser)
             await page_checks.spectrum(farm, browser)
             await page_checks.noise(farm, browser)
             await page_checks.frames(farm, browser)

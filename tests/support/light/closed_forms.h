@@ -1,5 +1,5 @@
 // Light that is known in closed form: view factors, irradiance of simple sources, light within closed rooms.
-// Each is held against numerical integration by tests/unit/photometry/closed_forms_test.cpp.
+// Each is held against numerical integration by tests/unit/lib/photometry/closed_forms_test.cpp.
 //
 // A view factor is the share of the light of an evenly bright diffuse surface that reaches another: an
 // element of a surface that sees a source of exitance M (radiance M / pi) with the factor F has the

@@ -227,5 +227,42 @@ TEST(ExrFormat, RowsNeedNotBeInMemory) {
   EXPECT_FALSE(std::filesystem::exists(directory / "b.exr"));
 }
 
+/// Two views with two layers each, read one after the other, and by OpenEXR's own reader.
+TEST(ExrFormat, ViewsArePartsOfAFile) {
+  const support::TempDir directory;
+  const std::string file = directory / "both.exr";
+  Image left = picture(20, 10, {"R", "G", "B", "albedo.R"}), right = picture(20, 10, {"R", "G", "B"});
+  right.channels[0].values[3] = 123;
+  left.metadata["view"] = "left", right.metadata["view"] = "right";
+  left.metadata["tessera.view"] = 0, right.metadata["tessera.view"] = 1;
+  for (const bool layers : {false, true}) {
+    const absl::Status written = write_exr_views({{{&left}, {&right}}}, file, {.multipart = layers});
+    ASSERT_TRUE(written.ok()) << written;
+    Imf::MultiPartInputFile parts(file.c_str());
+    ASSERT_EQ(parts.parts(), layers ? 3 : 2);
+    EXPECT_EQ(parts.header(0).name(), "rgba.left");
+    EXPECT_EQ(parts.header(0).view(), "left");
+    EXPECT_EQ(parts.header(layers ? 2 : 1).name(), "rgba.right");
+    EXPECT_EQ(parts.header(layers ? 2 : 1).view(), "right");
+    if (layers) {
+      EXPECT_EQ(parts.header(1).name(), "albedo.left");
+    }
+    for (const Image* const view : {&left, &right}) {
+      const auto read = read_exr(file, kMostImagePixels, std::get<std::string>(view->metadata.at("view")));
+      ASSERT_TRUE(read.ok()) << read.status();
+      EXPECT_EQ(read->channels.size(), view->channels.size());  // none of the other view's
+      EXPECT_EQ(read->metadata.at("tessera.view"), view->metadata.at("tessera.view"));
+      for (const Channel& channel : view->channels)
+        EXPECT_EQ(read->find(channel.name)->values, channel.values) << channel.name;
+    }
+    EXPECT_EQ(read_exr(file)->find("R")->values, left.find("R")->values);
+    EXPECT_THAT(std::string(read_exr(file, kMostImagePixels, "middle").status().message()),
+                HasSubstr("has no view 'middle'; its views are left, right"));
+  }
+  right.metadata["view"] = "left";
+  EXPECT_THAT(std::string(write_exr_views({{{&left}, {&right}}}, file, {}).message()),
+              HasSubstr("have names that differ"));
+}
+
 }  // namespace
 }  // namespace tessera::client::exr_format

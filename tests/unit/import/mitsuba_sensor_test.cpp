@@ -89,19 +89,25 @@ TEST_F(MitsubaSensor, AnimationsAreCutToTheShutter) {
               ElementsAre(1, 0, 0, 3, 0, 1, 0, 1, 0, 0, 1, 0, 0, 0, 0, 1));
 }
 
-TEST_F(MitsubaSensor, EmittersMoveToTheirLastPlace) {
-  const std::string way = sliding(at("1", "0") + at("3", "4"));
+TEST_F(MitsubaSensor, EmittersGoThroughAllTheirPlaces) {
+  const std::string way = sliding(at("1", "1") + at("2", "0.5") + at("3", "5"));
   const v1::Scene scene =
       succeed(import_xml("<scene version='3.0.0'><sensor type='perspective'>" + std::string(kShutter) +
                          "</sensor><emitter type='point'>" + way + "</emitter><emitter type='spot'>" + way +
+                         "</emitter><emitter type='directional'>" + way +
                          "</emitter><emitter type='projector'>" + way + "</emitter></scene>"))
           .scene;
-  EXPECT_EQ(scene.lights(0).point().position().x(), 0);
-  EXPECT_EQ(scene.lights(0).point().position_end().x(), 4);
-  EXPECT_EQ(scene.lights(1).spot().position_end().x(), 4);
-  EXPECT_EQ(scene.lights(1).spot().target_end().x(), 4);
-  EXPECT_EQ(scene.lights(1).spot().target_end().z(), 1);
-  EXPECT_EQ(scene.lights(2).projection().world_from_light_end().elements(3), 4);
+  EXPECT_EQ(scene.lights(0).point().position().x(), 1);
+  EXPECT_EQ(scene.lights(1).spot().target().x(), 1);
+  for (const v1::Light& light : scene.lights()) {
+    ASSERT_EQ(light.motion_size(), 2);
+    EXPECT_EQ(light.motion(0).time(), 0.5);
+    EXPECT_EQ(light.motion(1).time(), 1);
+    // Those with a matrix are where they are; points are moved from where they were.
+    const double from = light.has_projection() ? 0 : 1;
+    EXPECT_EQ(light.motion(0).place().elements(3), 0.5 - from);
+    EXPECT_EQ(light.motion(1).place().elements(3), 5 - from);
+  }
 }
 
 TEST_F(MitsubaSensor, WithoutAShutterAnimationsStand) {

@@ -1,4 +1,4 @@
-// Lights that move while the shutter is open.
+// Lights that move while the shutter is open, and those that instances place.
 #pragma once
 
 #include <cstdint>
@@ -24,6 +24,7 @@ struct MovingLights {
   std::vector<std::int32_t> motion_of_light;  // in `motions`, for each light; -1: it stands still
   std::vector<LightMotion> motions;
   std::vector<Affine> steps;
+  bool moves = false;  // one of them does, and is not only placed by an instance
 };
 
 }  // namespace tessera::render

@@ -14,6 +14,7 @@
 #include "render/core/stopped.h"
 #include "render/scene/diffuse/diffuse_scene.h"
 #include "render/scene/light/light_builder.h"
+#include "render/scene/light/light_values.h"
 #include "render/scene/material/material_builder.h"
 #include "render/scene/medium/medium_builder.h"
 #include "render/scene/placement/motion.h"
@@ -103,8 +104,8 @@ void set_path_traits(const SceneArrays& arrays, const Settings& settings, SceneT
   }
   tables.paths_pass = tables.paths_pass || !arrays.media.media.empty();
   tables.volumetric = tables.paths_pass || tables.straight_shadows;
-  tables.any_motion =
-      !tables.sensor.steps.empty() || arrays.shapes.moves() || arrays.lights.moving != nullptr;
+  tables.any_motion = !tables.sensor.steps.empty() || arrays.shapes.moves() ||
+                      (arrays.lights.moving != nullptr && arrays.lights.moving->moves);
 }
 
 /// Media that the camera is not in and no border leads to are as if they were not there.

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "render/scene/diffuse/diffuse_scene.h"
 #include "render/scene/light/light_builder.h"
+#include "render/scene/light/light_values.h"
 #include "render/scene/material/material_builder.h"
 #include "render/scene/medium/medium_builder.h"
 #include "render/scene/placement/motion.h"
@@ -67,9 +68,9 @@ class FaultFinder {
     textures_.build(scene_.textures(), faults_);
     look_at_media();
     materials_.build(scene_.materials(), faults_);
-    look_at_shapes(scene_, space_.from_world, "", false);
+    look_at_shapes(scene_, space_.from_world, "");
     for (const v1::Object& object : scene_.objects())
-      look_at_shapes(object, Transform{}, absl::StrCat("object '", object.name(), "', "), true);
+      look_at_shapes(object, Transform{}, absl::StrCat("object '", object.name(), "', "));
     look_at_instances();
     lights_.add_lights(scene_.lights(), faults_);
     if (!faults_.full()) look_at_images();
@@ -94,14 +95,13 @@ class FaultFinder {
   }
 
   template <class Holder>
-  void look_at_shapes(const Holder& holder, const Transform& space_from_holder, const std::string& where,
-                      bool is_object) {
+  void look_at_shapes(const Holder& holder, const Transform& space_from_holder, const std::string& where) {
     for (int i = 0; i < holder.shapes_size() && !faults_.full(); ++i) {
       const v1::Shape& shape = holder.shapes(i);
       const std::string place = where + place_in_scene("shape", i, shape.name());
       look_at(shape, space_from_holder, place);
       look_at_references(shape, place);
-      look_at_area_light(shape, place, is_object);
+      look_at_area_light(shape, place);
     }
   }
 
@@ -155,11 +155,11 @@ class FaultFinder {
     if (shape.has_mesh()) faults_.add(shape, place, attributes_.check(shape.mesh()));
   }
 
-  void look_at_area_light(const v1::Shape& shape, const std::string& place, bool is_object) {
+  void look_at_area_light(const v1::Shape& shape, const std::string& place) {
     if (!shape.has_area_light()) return;
     if (const char* const dark = kind_without_light(shape); dark != nullptr) {
       faults_.add(shape, place, absl::InvalidArgumentError(absl::StrCat(dark, " cannot emit light")));
-    } else if (!is_object && !shape.has_curves()) {  // lights of objects and of curves are left out
+    } else if (!shape.has_curves()) {  // their lights are left out
       faults_.add(shape, place, lights_.check_area_light(shape.area_light()));
     }
   }
@@ -250,7 +250,13 @@ class FaultFinder {
   MediumNames media_;
   MaterialBuilder materials_{textures_, material_table_, warnings_, false};
   MeshAttributes attributes_{textures_.attribute_names(), blobs_, texture_table_};
-  LightBuilder lights_{{space_, blobs_, algorithm_, textures_, true}, light_table_};
+  LightBuilder lights_{{.space = space_,
+                        .blobs = blobs_,
+                        .algorithm = algorithm_,
+                        .textures = textures_,
+                        .headers_alone = true,
+                        .scale = SceneScale::of(scene_.units()).value_or(SceneScale{})},
+                       light_table_};
 };
 
 /// Counts of each object, without what its instances place, and of the world.

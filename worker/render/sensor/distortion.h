@@ -17,4 +17,12 @@ MovedPlace undistort(const DistortionTable& table, Vec2 film);
 /// The place of the film that sees an undistorted place, by Newton's method.
 MovedPlace distort(const DistortionTable& table, Vec2 undistorted);
 
+/// Derivatives of undistorted places by the film's; xy: of x by y.
+struct PlaceSlopes {
+  Float xx, xy, yx, yy;
+};
+/// Roughly those where an undistorted place is seen: linear between a few thousand places, and beyond the
+/// outermost the same.
+PlaceSlopes slopes_near(const DistortionTable& table, Vec2 undistorted);
+
 }  // namespace tessera::render::TESSERA_ISA

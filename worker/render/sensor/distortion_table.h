@@ -24,6 +24,9 @@ struct DistortionTable {
   /// and y.
   PlaceGrid start_grid;
   std::vector<float> starts;
+  /// Derivatives of the undistorted place by the film's there, for footprints: of x by x and y, of y by x and
+  /// y.
+  std::vector<float> slopes;
   float near = 1e-3f;  // a thousandth of a pixel, in places
 
   static constexpr std::int32_t kSmoothNode = 8, kBilinearNode = 2;

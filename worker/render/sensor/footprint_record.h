@@ -14,6 +14,11 @@ struct FootprintRecord {
   float spread_x = 0, spread_y = 0;
   /// Cosine of the angle to the axis up to which pixels of a flat raster become smaller.
   float least_cosine = 1;
+  /// null: pixels are not distorted. The table is the sensor's, which outlives the record; places of its film
+  /// are lengths along the axes over `units`.
+  const DistortionTable* distortion = nullptr;
+  SensorKind kind = SensorKind::kPinhole;
+  float units_x = 1, units_y = 1;
 };
 
 /// `part`: of a pixel's width; 0: no footprints.

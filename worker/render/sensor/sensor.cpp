@@ -58,7 +58,8 @@ SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample) {
                    select_or_zero(ray.valid, ray.weight),
                    ray.valid,
                    ray.pdf,
-                   ray.tint};
+                   ray.tint,
+                   ray.normal};
   if (is_elsewhere(sensor)) result.origin = result.origin + place_of(pose);
   if (sensor.near_clip > 0) {
     const Float per_depth = length_per_depth(sensor, pose, result.direction);

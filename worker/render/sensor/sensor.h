@@ -38,7 +38,8 @@ struct SensorRay {
   // Where lights send their own rays into a lens: density by solid angle that weighs light which the ray
   // meets against samples of lights at its origin. 0: nothing else finds that light.
   Float pdf;
-  Vec3 tint;  // factors of red, green and blue besides the weight; not of light of wavelengths
+  Vec3 tint;    // factors of red, green and blue besides the weight; not of light of wavelengths
+  Vec3 normal;  // of probes: the axis where they read, unit length; else zero
 };
 
 /// How a point of the scene is seen through one point of the lens.
@@ -62,6 +63,7 @@ struct LocalRay {
   Mask valid = Mask::all();
   Float pdf = Float(0.0f);
   Vec3 tint{Float(1.0f), Float(1.0f), Float(1.0f)};
+  Vec3 normal{Float(0.0f), Float(0.0f), Float(0.0f)};
 };
 
 /// SensorConnection in sensor space.

@@ -19,6 +19,8 @@ struct LensTable;        // lens_table.h
 struct ShutterTable;     // shutter_table.h
 struct DistortionTable;  // distortion_table.h
 struct PanoramaTable;    // panorama_table.h
+struct ProbeTable;       // probe_table.h
+struct ProbeRecord;
 
 /// Each kind has a model, at the end of whose file it is named; kinds from kCount on are those that
 /// add_sensor_model() gives.
@@ -40,6 +42,8 @@ enum class SensorKind : std::int32_t {
   kEqualAreaCylindrical,
   kCubeMap,
   kPanorama,
+  kProbes,
+  kConnectingProbes,  // the same, to which points of the scene are connected
   kCount
 };
 
@@ -113,6 +117,7 @@ struct SensorRecord {
   std::shared_ptr<const HoleTable> hole;           // kHole
   std::shared_ptr<const DistortionTable> distortion;  // of the raster's places, if any
   std::shared_ptr<const PanoramaTable> panorama;      // kCubeMap, kPanorama
+  std::shared_ptr<const ProbeTable> probes;           // kProbes, kConnectingProbes: no picture
   bool has_barrel = false;                            // of the thin lens: some of its rays are blocked
   // Jobs of wavelengths only: where a ray goes depends on its wavelength.
   bool disperses = false;

@@ -18,6 +18,7 @@ class FrameSource {
     this.pieces = new Map();
     this.fetches = 0;
     this.range = 0;
+    this.version = 0; // changes of the coarsest piece
     this.time = 0;
     this.closed = false;
     this.arrived = false; // true once the coordinator has told a piece
@@ -111,6 +112,7 @@ class FrameSource {
       piece.data.set(from, ((y + row) * piece.width + x) * bands);
     }
     piece.painted = "";
+    if (piece.level === this.top) ++this.version;
     if (!this.color && piece.level === this.top) this.measure(piece.data);
   }
 
@@ -135,7 +137,8 @@ class FrameSource {
     }
     const context = piece.canvas.getContext("2d");
     const image = context.createImageData(piece.width, piece.height);
-    if (this.color) this.paintColors(piece.data, look, image.data);
+    if (this.color && look.light) this.paintLight(piece.data, look.light, image.data);
+    else if (this.color) this.paintColors(piece.data, look, image.data);
     else this.paintNumbers(piece.data, look, image.data);
     context.putImageData(image, 0, 0);
     piece.painted = key;
@@ -161,6 +164,30 @@ class FrameSource {
       }
       out[at + 3] = 255;
     }
+  }
+
+  /// Luminance in the colours of a map.
+  paintLight(data, { scale, weights }, out) {
+    const [r, g, b] = weights;
+    for (let at = 0; at < data.length; at += 4) {
+      if (data[at + 3] === 0) continue;
+      const place = scale.place(r * kHalves[data[at]] + g * kHalves[data[at + 1]] + b * kHalves[data[at + 2]]);
+      const color = 3 * Math.max(0, Math.min(255, Math.round(255 * place)));
+      for (let band = 0; band < 3; ++band) out[at + band] = kCividis[color + band];
+      out[at + 3] = 255;
+    }
+  }
+
+  /// The units of the picture's numbers, once they were asked for and told; null until then.
+  light() {
+    if (this.units === undefined) {
+      this.units = null;
+      ask("units?" + new URLSearchParams({ job: this.job })).then((units) => {
+        this.units = units;
+        this.changed();
+      }).catch((error) => tell(error.message));
+    }
+    return this.units;
   }
 
   paintNumbers(data, look, out) {

@@ -1,6 +1,7 @@
 // The stage: a job's picture, moved and zoomed, perhaps another beside it, and outlines of tiles in work.
 "use strict";
 
+const kFalseColors = 5; // the first of the looks of the page's list that are false colours; the next is logarithmic
 const kSteps = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] }; // pixels
 
 /// The canvas: where one looks, and what lies over it.
@@ -12,6 +13,8 @@ class Viewer {
     this.wipe = stage.querySelector("#wipe");
     this.pixel = stage.querySelector("#pixel");
     this.spectrum = new SpectrumPlot(stage.querySelector("#spectrum"));
+    this.meter = new MeterPanel(stage.querySelector("#meter"));
+    this.legend = new Legend(stage.querySelector("#legend"));
     this.tone = new Tone();
     this.look = { exposure: 0, curve: 0, channel: -1 };
     this.outlines = true;
@@ -33,7 +36,7 @@ class Viewer {
       before.height === source.height;
     Object.assign(this, { source, other });
     this.wipe.hidden = !other;
-    if (!same) this.spectrum.hide();
+    if (!same) this.hideProbes();
     if (!same) this.fit();
     this.changed();
   }
@@ -135,11 +138,41 @@ class Viewer {
     return { x, y, source: right ? this.other : this.source };
   }
 
-  /// Shows the spectrum of the pixel, where the film has bands; elsewhere takes it away.
+  /// Shows the light of the pixel, and its spectrum where the film has bands; beside the picture takes them
+  /// away.
   probe(px, py) {
     const at = this.pixelAt(px, py);
+    if (at) this.meter.show(at.source, at.x, at.y);
+    else this.meter.hide();
     if (at && at.source.hasBands) this.spectrum.show(at.source, at.x, at.y);
     else this.spectrum.hide();
+  }
+  hideProbes() {
+    this.meter.hide();
+    this.spectrum.hide();
+  }
+
+  /// A scale over the whole first picture, with which its colours are shown as luminances; null where that is
+  /// not asked for, or not known yet.
+  lightScale() {
+    const { curve, exposure } = this.look, source = this.source;
+    if (curve < kFalseColors || !source.color) return null;
+    const units = source.light(), whole = source.pieces.get(source.top + "/0/0");
+    if (!units || !whole || !whole.data) return null;
+    const key = [source.job, source.layer, source.version, curve, exposure].join();
+    if (this.scaled && this.scaled.key === key) return this.scaled.scale;
+    const scale = lightScale(whole.data, weightsOf(units), units.cd_per_m2 || 1, curve > kFalseColors, exposure);
+    this.scaled = { key, scale };
+    return scale;
+  }
+
+  /// The look of a picture on that scale; that of the other one has its own units.
+  lightLook(look, scale, source) {
+    const units = scale && source.color ? source.light() : null;
+    if (!units) return look;
+    const factor = (units.cd_per_m2 || 1) / (this.source.light().cd_per_m2 || 1);
+    const weights = weightsOf(units).map((weight) => weight * factor);
+    return { ...look, key: "light " + scale.key + " " + weights, light: { scale, weights } };
   }
 
   /// Tells the values of the pixel at this place of the stage, and who works on it.
@@ -176,11 +209,14 @@ class Viewer {
     context.setTransform(1, 0, 0, 1, 0, 0);
     context.clearRect(0, 0, this.canvas.width, this.canvas.height);
     this.tone.set(this.look.exposure, this.look.curve);
-    const { channel, exposure } = this.look;
+    const { channel, exposure } = this.look, scale = this.lightScale();
     const look = { key: this.tone.key + " " + channel, tone: this.tone, channel, exposure };
+    scale ? this.legend.show(scale, this.source.light()) : this.legend.hide();
     context.setTransform(dpr, 0, 0, dpr, 0, 0);
-    this.drawSource(context, this.source, look, 0, this.other ? this.split * w : w, dpr);
-    if (this.other) this.drawSource(context, this.other, look, this.split * w, w, dpr);
+    const first = this.lightLook(look, scale, this.source);
+    this.drawSource(context, this.source, first, 0, this.other ? this.split * w : w, dpr);
+    if (this.other)
+      this.drawSource(context, this.other, this.lightLook(look, scale, this.other), this.split * w, w, dpr);
     this.wipe.style.left = this.split * w + "px";
     this.drawOver(w, h, dpr);
   }

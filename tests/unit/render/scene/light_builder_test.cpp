@@ -4,10 +4,16 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <optional>
+#include <string>
+#include <vector>
 
+#include "photometry/sky/sky_map.h"
 #include "render/light/light_source.h"
+#include "render/scene/light/sky_light.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {
@@ -87,6 +93,65 @@ TEST_F(LightBuilderTest, LightsThatMoveStandInTheirOwnSpaceToo) {
   ASSERT_EQ(table_.moving->steps.size(), 2u);
   EXPECT_EQ(table_.moving->steps[0].m[3], 4);
   EXPECT_EQ(table_.moving->steps[1].m[3], 6);
+}
+
+/// Map of a light at a step, from its own space to render space, which is about (1, 2, 3).
+std::vector<float> step_of(const LightTable& table, std::size_t motion, int step) {
+  const LightMotion& way = table.moving->motions[motion];
+  const Affine& map = table.moving->steps[static_cast<std::size_t>(way.first_step + step)];
+  return {map.m, map.m + 12};
+}
+
+TEST_F(LightBuilderTest, LightsGoThroughTheirKeys) {
+  ASSERT_EQ(add("lights { point { position { x: 5 } intensity { constant: 1 } } "
+                "motion { time: 0.5 place { elements: [1,0,0,2, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } "
+                "motion { time: 1 place { elements: [2,0,0,0, 0,2,0,1, 0,0,2,0, 0,0,0,1] } } }"),
+            absl::OkStatus());
+  ASSERT_NE(table_.moving, nullptr);
+  EXPECT_EQ(table_.lights[0].kind, LightKind::kMovingPoint);
+  EXPECT_THAT(step_of(table_, 0, 0), ElementsAre(1, 0, 0, 4, 0, 1, 0, -2, 0, 0, 1, -3));
+  const int last = table_.moving->motions[0].segments;
+  ASSERT_EQ(last % 2, 0);
+  EXPECT_THAT(step_of(table_, 0, last / 2), ElementsAre(1, 0, 0, 6, 0, 1, 0, -2, 0, 0, 1, -3));
+  // Twice as far from the origin, but no larger itself.
+  EXPECT_THAT(step_of(table_, 0, last), ElementsAre(1, 0, 0, 9, 0, 1, 0, -1, 0, 0, 1, -3));
+}
+
+TEST_F(LightBuilderTest, LightsTurnAboutAnyPoint) {
+  // From (5, 0, 0) on an arm of length 3 about (2, 0, 0), three quarters of a turn.
+  ASSERT_EQ(
+      add("lights { spot { position { x: 5 } target { x: 4 } intensity { constant: 1 } "
+          "cone_angle_degrees: 20 } motion { time: 1 turn { axis { z: 1 } degrees: 270 about { x: 2 } } } }"
+          "lights { distant { direction { x: 1 } irradiance { constant: 1 } } "
+          "motion { time: 1 turn { axis { z: 1 } degrees: 270 about { x: 2 } } } }"),
+      absl::OkStatus());
+  ASSERT_NE(table_.moving, nullptr);
+  const auto near = [](const std::vector<float>& expected) {
+    return testing::Pointwise(testing::FloatNear(1e-6f), expected);
+  };
+  EXPECT_THAT(step_of(table_, 0, table_.moving->motions[0].segments),
+              near({0, 1, 0, 2 - 1, -1, 0, 0, -3 - 2, 0, 0, 1, -3}));
+  EXPECT_THAT(step_of(table_, 1, table_.moving->motions[1].segments),
+              near({0, 1, 0, 0, -1, 0, 0, 0, 0, 0, 1, 0}));
+}
+
+TEST_F(LightBuilderTest, FaultsOfKeysAreTold) {
+  const std::string point = "point { position { x: 5 } intensity { constant: 1 } } ",
+                    stretched = "place { elements: [1,0,0,0, 0,2,0,0, 0,0,1,0, 0,0,0,1] } }",
+                    flat = "place { elements: [1,0,0,0, 0,1,0,0, 0,0,0,0, 0,0,0,1] } }";
+  EXPECT_THAT(refusal(point + "motion { time: 0.5 } motion { time: 0.5 }"),
+              HasSubstr("motion key 1: its time of 0.5 is not after"));
+  EXPECT_THAT(refusal(point + "motion { time: 0.2 } motion { time: 0.5 " + stretched),
+              HasSubstr("motion key 1: its transform changes angles between directions"));
+  EXPECT_THAT(refusal(point + "motion { time: 0.2 " + flat), HasSubstr("motion key 0 is singular"));
+  EXPECT_THAT(refusal("point { intensity { constant: 1 } position_end { x: 1 } } motion { time: 1 }"),
+              HasSubstr("said twice"));
+  EXPECT_THAT(refusal("sky { toward_sun { z: 1 } cie_type: 1 } motion { time: 1 }"),
+              HasSubstr("daylight stands still"));
+  // Projections have stretches as they have where they stand still.
+  EXPECT_EQ(add("lights { projection { fov_degrees: 40 intensity { constant: 1 } } motion { time: 1 " +
+                stretched + " }"),
+            absl::OkStatus());
 }
 
 TEST_F(LightBuilderTest, APointStandsInRenderSpace) {
@@ -201,6 +266,78 @@ TEST_F(LightBuilderTest, NamesTheLightAtFault) {
   EXPECT_THAT(area("scale: inf"), HasSubstr("area light: its scale is not finite"));
   EXPECT_THAT(area("texture: 'x'"), HasSubstr("area light: no texture x"));
   EXPECT_THAT(area("interpolated_normal_pick: 2"), HasSubstr("area light: a probability"));
+}
+
+/// Integral over all directions of the luminance of a map of equal cells, times the cosine with +z above the
+/// horizon: radiances times 683 are luminances.
+double horizontal_illuminance(const Environment& map) {
+  double sum = 0;
+  for (int y = 0; y < map.height; ++y) {
+    for (int x = 0; x < map.width; ++x) {
+      const double up = photometry::direction_of_map((x + 0.5) / map.width, (y + 0.5) / map.height).up;
+      sum += std::max(up, 0.0) * map.texels[static_cast<std::size_t>(4 * (y * map.width + x) + 1)];
+    }
+  }
+  return 683 * sum * 4 * std::numbers::pi / (map.width * map.height);
+}
+
+TEST_F(LightBuilderTest, SkiesAreAMapAndASun) {
+  ASSERT_TRUE(
+      add("lights { sky { cie_type: 12 toward_sun { y: 3 z: 4 } diffuse_horizontal_illuminance: 12000 "
+          "sun_normal_illuminance: 80000 resolution: 128 } }")
+          .ok());
+  ASSERT_EQ(table_.lights.size(), 2u);
+  EXPECT_THAT(table_.infinite_lights, ElementsAre(0, 1));
+  const Environment &sky = table_.environments[0], &sun = table_.environments[1];
+  EXPECT_EQ(sky.width, 128);
+  // Middles of cells instead of means over them, and the ground in cells on the horizon.
+  EXPECT_NEAR(horizontal_illuminance(sky) / 12'000, 1, 1e-3);
+  // The flux counts cells whole, the last of which is half lit: 32 rows instead of 31.5.
+  EXPECT_EQ(sun.width, 1);
+  EXPECT_NEAR(683 * sun.flux / 80'000, std::pow(32 / 31.5, 2), 1e-3);
+  // +y of the column's space is towards the sun.
+  EXPECT_NEAR(sun.render_from_light.m[1], 0, 1e-6);
+  EXPECT_NEAR(sun.render_from_light.m[5], 0.6, 1e-6);
+  EXPECT_NEAR(sun.render_from_light.m[9], 0.8, 1e-6);
+}
+
+TEST_F(LightBuilderTest, SunsOfSkiesMayBeParallelLight) {
+  ASSERT_TRUE(
+      add("lights { sky { cie_type: 12 toward_sun { y: 3 z: 4 } sun_normal_illuminance: 68300 sun_degrees: 0 "
+          "sun_color { rgb { r: 1 g: 1 b: 0 } } resolution: 8 } scale: 0.5 }")
+          .ok());
+  ASSERT_EQ(table_.lights.size(), 2u);
+  EXPECT_EQ(table_.lights[1].kind, LightKind::kDistant);
+  EXPECT_NEAR(table_.lights[1].direction[2], -0.8, 1e-6);
+  // 68,300 lx are 100 W/m^2, half of them, of a yellow with that luminance: 0.9278 of its red and green.
+  EXPECT_NEAR(table_.lights[1].radiance[0], 50 / 0.9278, 1e-3);
+  EXPECT_NEAR(table_.lights[1].radiance[1], 50 / 0.9278, 1e-3);
+  EXPECT_EQ(table_.lights[1].radiance[2], 0);
+}
+
+TEST_F(LightBuilderTest, SkiesWithoutASunAreOneLight) {
+  const std::string overcast =
+      "lights { sky { cie_type: 16 diffuse_horizontal_illuminance: 9000 resolution: 16 } }";
+  ASSERT_TRUE(add(overcast + " lights { distant { direction { z: 1 } irradiance { constant: 1 } } }").ok());
+  ASSERT_EQ(table_.lights.size(), 2u);
+  EXPECT_EQ(table_.lights[1].kind, LightKind::kDistant);
+  EXPECT_EQ(records_of(message<v1::Scene>(overcast).lights(0)), 1);
+  EXPECT_EQ(records_of(message<v1::Light>("sky { cie_type: 12 }")), 2);
+  EXPECT_EQ(records_of(message<v1::Light>("point { }")), 1);
+  EXPECT_TRUE(has_parallel_sun(message<v1::SkyLight>("cie_type: 12 sun_degrees: 0")));
+  EXPECT_FALSE(has_parallel_sun(message<v1::SkyLight>("cie_type: 12")));
+  EXPECT_FALSE(has_parallel_sun(message<v1::SkyLight>("cie_type: 1 sun_degrees: 0")));
+}
+
+TEST_F(LightBuilderTest, SkiesThatMakeNoSenseAreRefused) {
+  EXPECT_THAT(refusal("sky { cie_type: 20 toward_sun { z: 1 } }"), HasSubstr("light 0 (lamp)"));
+  EXPECT_THAT(refusal("sky { cie_type: 20 toward_sun { z: 1 } }"), HasSubstr("no CIE sky of type 20"));
+  EXPECT_THAT(refusal("sky { cie_type: 5 toward_sun { z: 1 } sky_color { constant: 0 } }"),
+              HasSubstr("sky_color has no luminance"));
+  EXPECT_THAT(refusal("sky { cie_type: 5 toward_sun { z: 1 } } motion { time: 1 }"),
+              HasSubstr("a sky does not move while the shutter is open"));
+  EXPECT_THAT(refusal("sky { cie_type: 5 toward_sun { z: 1 } } amount { value: 3 unit: 'lx' }"),
+              HasSubstr("not in an amount"));
 }
 
 }  // namespace

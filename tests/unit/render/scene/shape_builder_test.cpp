@@ -144,8 +144,22 @@ TEST_F(ShapeBuilderTest, NotesWhatEmitsLight) {
   ASSERT_EQ(add("curves { points { digest: 'curve' } starts { digest: 'start' } } area_light {}"),
             absl::OkStatus());
   EXPECT_EQ(shapes_.emitters().size(), 1u);
-  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("here: shapes of an object cannot emit light"),
-                                     HasSubstr("here: curves cannot emit light")));
+  EXPECT_THAT(warnings_, ElementsAre(HasSubstr("here: curves cannot emit light")));
+}
+
+TEST_F(ShapeBuilderTest, EveryPlaceOfAnEmitterIsAShape) {
+  ASSERT_EQ(add("disk { radius: 1 }"), absl::OkStatus());
+  ASSERT_EQ(add("disk { radius: 2 } area_light {}", true), absl::OkStatus());
+  EXPECT_FALSE(shapes_.waits_for_places(0));
+  EXPECT_TRUE(shapes_.waits_for_places(1));
+  EXPECT_THAT(shapes_.emitters(), IsEmpty());
+  EXPECT_EQ(*shapes_.place_emitter(1), 1);
+  EXPECT_EQ(*shapes_.place_emitter(1), 2);
+  ASSERT_EQ(table_.shapes.size(), 3u);
+  EXPECT_EQ(table_.shapes[2].quadric, table_.shapes[1].quadric);
+  EXPECT_EQ(shapes_.names()[2], shapes_.names()[1]);
+  ASSERT_EQ(shapes_.emitters().size(), 2u);
+  EXPECT_EQ(shapes_.emitters()[1].shape, 2);
 }
 
 TEST_F(ShapeBuilderTest, SaysWhatIsAtFault) {

@@ -15,6 +15,7 @@
 #include "service/farm/farm_views.h"
 #include "service/job/job_table.h"
 #include "unit/server/coordinator_fixture.h"
+#include "unit/server/requests.h"
 
 namespace tessera::server {
 namespace {
@@ -81,7 +82,7 @@ class WebSiteTest : public CoordinatorTest {
 TEST_F(WebSiteTest, ServesThePageFromTheProgram) {
   std::size_t bytes = 0;
   for (const char* path : {"/", "/page.css", "/page.js", "/frame.js", "/table.js", "/strip.js", "/color.js",
-                           "/spectrum.js", "/icon.svg"}) {
+                           "/spectrum.js", "/meter.js", "/false_color.js", "/icon.svg"}) {
     const HttpAnswer answer = get(path);
     EXPECT_EQ(answer.status, 200u) << path;
     bytes += answer.body.size();
@@ -213,6 +214,63 @@ TEST_F(WebSiteTest, GivesTheSpectrumOfAPixel) {
   EXPECT_EQ(get("/api/spectrum", place).status, 400u) << "its film has no bands";
 }
 
+TEST_F(WebSiteTest, MeasuresTheLightOfAPixel) {
+  v1::Scene scene;
+  scene.mutable_camera()->mutable_perspective();
+  scene.mutable_units()->set_cd_per_m2(100);
+  const std::string bytes = scene.SerializeAsString();
+  ASSERT_TRUE(upload(bytes).ok());
+  v1::JobSpec spec = square_spec(bytes, 32, 1);
+  spec.mutable_view()->add_aovs(v1::AOV_VARIANCE);
+  spec.mutable_view()->set_reconstruction(v1::RECONSTRUCTION_SAMPLE);
+  const std::string id = submit(spec);
+  const std::string worker = register_worker();
+  const v1::LeaseResponse leases = lease(worker, 4);
+  const auto shape = coordinator_->farm().views().shape_of(id);
+  ASSERT_TRUE(shape.ok());
+  std::map<std::string, std::string> place{{"job", id}, {"x", "16"}, {"y", "20"}};
+  const auto told = [&] { return nlohmann::json::parse(get("/api/meter", place).body); };
+  EXPECT_EQ(told()["pixel"]["samples"], 0);
+  // Grey pixels of x, in all samples; squared deviations are n (n - 1), so that errors are 1 in each channel.
+  for (const v1::Lease& lease : leases.leases()) {
+    absl::StatusOr<wire::TileResult> result = wire::decode_tile_result(payload_for(lease.unit()));
+    ASSERT_TRUE(result.ok());
+    result->channels = (*shape)->channels;
+    const std::size_t pixels = result->pixel_count(), width = result->x1 - result->x0;
+    result->values.assign(pixels * result->channels.size(), 0);
+    for (std::size_t c = 0; c < result->channels.size(); ++c) {
+      const bool deviations = result->channels[c].kind == wire::ChannelKind::kSquaredDeviation;
+      for (std::size_t i = 0; i < pixels; ++i) {
+        const auto count = static_cast<float>(result->counts[i]),
+                   x = static_cast<float>(result->x0 + i % width);
+        result->values[c * pixels + i] = deviations ? count * (count - 1) : count * x;
+      }
+    }
+    ASSERT_TRUE(complete(worker, lease, wire::encode_tile_result(*result)).ok());
+  }
+  const nlohmann::json light = told();
+  const auto spp = (*shape)->spec.samples().spp();
+  EXPECT_EQ(light["pixel"]["samples"], spp);
+  EXPECT_FLOAT_EQ(light["pixel"]["luminance"], 16);
+  EXPECT_NEAR(light["pixel"]["error"].get<double>(), 1, 1e-5) << "the weights of channels add up to 1";
+  EXPECT_EQ(light["block"]["pixels"], 64);
+  EXPECT_FLOAT_EQ(light["block"]["luminance"], 15.5) << "pixels 12 to 19, across the edge of tiles";
+  EXPECT_NEAR(light["block"]["error"].get<double>(), 1 / 8.0, 1e-6) << "of 64 pixels";
+  EXPECT_EQ(light["variance"], true);
+  EXPECT_EQ(light["shares"], false);
+  EXPECT_EQ(light["units"]["cd_per_m2"], 100);
+  EXPECT_EQ(nlohmann::json::parse(get("/api/units", {{"job", id}}).body), light["units"]);
+  place["x"] = "0";
+  EXPECT_EQ(told()["block"]["pixels"], 4 * 8) << "at the edge of the picture";
+  for (const auto& [name, wrong] :
+       std::map<std::string, std::string>{{"x", "70000"}, {"y", "-1"}, {"x", ""}, {"job", "nothing"}}) {
+    auto bad = place;
+    bad[name] = wrong;
+    EXPECT_THAT(get("/api/meter", bad).status, testing::AnyOf(400u, 404u)) << name << " " << wrong;
+  }
+  EXPECT_EQ(get("/api/units", {{"job", "nothing"}}).status, 404u);
+}
+
 TEST_F(WebSiteTest, ReadsFinerLevelsOfLargeFramesFromResults) {
   v1::JobSpec spec = job_spec();
   spec.mutable_cut()->set_tile_size(256);
@@ -310,7 +368,8 @@ TEST(WebSiteWithCertificates, ServesThoseWhoLoggedInWithTheirRights) {
     return "";
   };
   EXPECT_EQ(ask("/", ""), 200u) << "the page, which asks for a login";
-  for (const char* path : {"/api/me", "/api/events", "/api/job", "/api/pixels", "/api/spectrum"})
+  for (const char* path :
+       {"/api/me", "/api/events", "/api/job", "/api/pixels", "/api/spectrum", "/api/meter", "/api/units"})
     EXPECT_EQ(ask(path, ""), 401u) << path;
   const std::string ada = log_in({.caller = {.role = Role::kClient, .user = "ada"}, .certificate = ""});
   EXPECT_EQ(ask("/api/me", ada), 200u);

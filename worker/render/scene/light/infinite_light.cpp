@@ -103,8 +103,8 @@ absl::StatusOr<Environment> LightBuilder::environment_of(const v1::InfiniteLight
 absl::Status LightBuilder::add_infinite(const v1::Light& message, float scale) {
   const v1::InfiniteLight& light = message.infinite();
   if (light.has_scale()) scale *= light.scale();
-  const auto motion = motion_of_sky(light);
-  if (!motion.ok()) return motion.status();
+  const auto way = way_of_sky(light, message.motion());
+  if (!way.ok()) return way.status();
   LightRecord record;
   record.kind = LightKind::kInfinite;
   if (auto s = set_color(light.radiance(), message.has_amount() ? 1 : scale, "radiance", record); !s.ok())
@@ -126,12 +126,12 @@ absl::Status LightBuilder::add_infinite(const v1::Light& message, float scale) {
   if (!environment.ok()) return environment.status();
   if (auto s = set_portal(light, *environment); !s.ok()) return s;
   const std::size_t first = table_.lights.size();
-  if (motion->moves()) {
+  if (way->moves()) {
     environment->light_from_render = environment->render_from_light = Affine{};
     std::vector<Environment>& own = moving().still.environments;
     record.environment = static_cast<std::int32_t>(own.size());
     own.push_back(*std::move(environment));
-    if (auto s = add_moving_light(*motion, record); !s.ok()) return s;
+    if (auto s = add_moving_light(*way, record); !s.ok()) return s;
   } else {
     record.environment = static_cast<std::int32_t>(table_.environments.size());
     table_.infinite_lights.push_back(static_cast<std::int32_t>(table_.lights.size()));

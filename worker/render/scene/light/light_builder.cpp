@@ -42,9 +42,9 @@ absl::Status put_rotation(Imath::V3d side, Imath::V3d axis, float (&rows)[9]) {
   return absl::OkStatus();
 }
 
-absl::Status set_motion(absl::StatusOr<Motion> found, Motion& motion) {
+absl::Status set_way(absl::StatusOr<LightWay> found, LightWay& way) {
   absl::Status status = found.status();
-  if (status.ok()) motion = *std::move(found);
+  if (status.ok()) way = *std::move(found);
   return status;
 }
 
@@ -60,17 +60,18 @@ absl::Status set_radius(float radius, LightKind soft, LightRecord& record) {
 }  // namespace
 
 template <class Message>
-absl::Status LightBuilder::place(const Message& light, LightRecord& record, Motion& motion) const {
+absl::Status LightBuilder::place(const Message& light, const MotionKeys& keys, LightRecord& record,
+                                 LightWay& way) const {
   const auto world_from_light = Transform::from_proto(light.world_from_light());
   if (!world_from_light.ok()) return world_from_light.status();
   Transform light_from_world;
   if (!world_from_light->invert(light_from_world))
     return absl::InvalidArgumentError("its transform is singular");
-  if (auto s = set_motion(Motion::from_proto(light.world_from_light(), light.world_from_light_end()), motion);
-      !s.ok())
-    return s;
+  auto motion = Motion::from_proto(light.world_from_light(), light.world_from_light_end(), keys);
+  if (!motion.ok()) return motion.status();
+  way.motion = *std::move(motion);
   // A light that moves has the axes of its own space.
-  if (motion.moves()) light_from_world = {};
+  if (way.moves()) light_from_world = {};
   put_vector(world_from_light->apply({0, 0, 0}) - inputs_.space.origin, record.position);
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
@@ -92,6 +93,11 @@ absl::Status LightBuilder::set_color(const v1::Spectrum& spectrum, float scale, 
 void LightBuilder::note_curve() {
   curves_.resize(table_.lights.size(), latest_.curve);
   if (moving_ != nullptr) moving_->motion_of_light.resize(table_.lights.size(), -1);
+}
+
+void LightBuilder::warn_of_roughness(const std::string& place) {
+  if (inputs_.warnings != nullptr && !roughness_.empty())
+    inputs_.warnings->push_back(absl::StrCat(place, ": ", roughness_));
 }
 
 void LightBuilder::warn_of_color(const std::string& place) {
@@ -123,21 +129,25 @@ absl::Status LightBuilder::add_lights(const Lights& lights) {
 void LightBuilder::add_lights(const Lights& lights, FaultList& faults) {
   for (int i = 0; i < lights.size() && !faults.full(); ++i) {
     place_ = place_in_scene("light", i, lights[i].name());
-    if (faults.add(lights[i], place_, add_light(lights[i]))) warn_of_color(place_);
+    if (!faults.add(lights[i], place_, add_light(lights[i]))) continue;
+    warn_of_color(place_);
+    warn_of_roughness(place_);
   }
 }
 
 absl::Status LightBuilder::add_light(const v1::Light& light) {
   const float scale = light.has_scale() ? light.scale() : 1;
   if (!std::isfinite(scale)) return absl::InvalidArgumentError("its scale is not finite");
+  roughness_.clear();
   if (light.has_infinite()) return add_infinite(light, scale);
+  if (light.has_sky()) return add_sky(light, scale);
   LightRecord record;
-  Motion motion(Transform{});
+  LightWay way;
   const std::size_t first = table_.lights.size();
   const bool has_amount = light.has_amount() || light.goniometric().has_photometric_file();
-  if (auto s = set_kind(light, has_amount ? 1 : scale, record, motion); !s.ok()) return s;
-  if (motion.moves()) {
-    if (auto s = add_moving_light(motion, record); !s.ok()) return s;
+  if (auto s = set_kind(light, has_amount ? 1 : scale, record, way); !s.ok()) return s;
+  if (way.moves()) {
+    if (auto s = add_moving_light(way, record); !s.ok()) return s;
   } else {
     table_.lights.push_back(record);
   }
@@ -145,29 +155,29 @@ absl::Status LightBuilder::add_light(const v1::Light& light) {
   return set_amount(light, record, first);
 }
 
-absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record,
-                                    Motion& motion) {
+absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRecord& record, LightWay& way) {
   switch (light.kind_case()) {
     case v1::Light::kPoint:
       record.kind = LightKind::kPoint;
       put_vector(point_of(light.point().position()) - inputs_.space.origin, record.position);
       if (auto s = set_radius(light.point().radius(), LightKind::kSoftPoint, record); !s.ok()) return s;
-      if (auto s = set_motion(motion_of_point(light.point()), motion); !s.ok()) return s;
+      if (auto s = set_way(way_of_point(light.point(), light.motion()), way); !s.ok()) return s;
       return set_color(light.point().intensity(), scale, "colour", record);
     case v1::Light::kSpot:
       if (auto s = set_color(light.spot().intensity(), scale, "colour", record); !s.ok()) return s;
       if (auto s = set_spot(light.spot(), record); !s.ok()) return s;
-      return set_motion(motion_of_spot(light.spot()), motion);
+      return set_way(way_of_spot(light.spot(), light.motion()), way);
     case v1::Light::kDistant:
       record.kind = LightKind::kDistant;
       if (auto s = set_color(light.distant().irradiance(), scale, "colour", record); !s.ok()) return s;
       if (auto s = put_unit(point_of(light.distant().direction()), record.direction); !s.ok()) return s;
-      return set_motion(motion_of_distant(light.distant()), motion);
+      return set_way(way_of_distant(light.distant(), light.motion()), way);
     case v1::Light::kProjection:
       if (auto s = set_color(light.projection().intensity(), scale, "colour", record); !s.ok()) return s;
-      return set_projection(light.projection(), record, motion);
+      if (auto s = place(light.projection(), light.motion(), record, way); !s.ok()) return s;
+      return set_projection(light.projection(), record);
     case v1::Light::kGoniometric:
-      return set_goniometric(light.goniometric(), scale, record, motion);
+      return set_goniometric(light.goniometric(), light.motion(), scale, record, way);
     case v1::Light::kInfinite:
     case v1::Light::kSky:
     case v1::Light::KIND_NOT_SET:
@@ -176,15 +186,15 @@ absl::Status LightBuilder::set_kind(const v1::Light& light, float scale, LightRe
   return absl::InvalidArgumentError("its kind is missing or unknown");
 }
 
-absl::Status LightBuilder::set_goniometric(const v1::GoniometricLight& light, float scale,
-                                           LightRecord& record, Motion& motion) {
+absl::Status LightBuilder::set_goniometric(const v1::GoniometricLight& light, const MotionKeys& keys,
+                                           float scale, LightRecord& record, LightWay& way) {
   record.kind = LightKind::kGoniometric;
   v1::Spectrum color = light.intensity();
   // Lamps of files are white where nothing is said.
   if (light.has_photometric_file() && color.kind_case() == v1::Spectrum::KIND_NOT_SET && !color.has_in_rgb())
     color.set_constant(1);
   if (auto s = set_color(color, scale, "colour", record); !s.ok()) return s;
-  if (auto s = place(light, record, motion); !s.ok()) return s;
+  if (auto s = place(light, keys, record, way); !s.ok()) return s;
   return light.has_photometric_file() ? set_photometric_file(light, record)
                                       : set_texture(light.texture(), record);
 }
@@ -209,8 +219,7 @@ absl::Status LightBuilder::set_spot(const v1::SpotLight& spot, LightRecord& reco
   return set_texture(spot.texture(), record);
 }
 
-absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection, LightRecord& record,
-                                          Motion& motion) {
+absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection, LightRecord& record) {
   record.kind = LightKind::kProjection;
   record.profile = projection.even_screen() ? kEvenScreen : kPlainProfile;
   const double aspect = projection.has_aspect() ? projection.aspect() : 1, fov = projection.fov_degrees();
@@ -221,14 +230,16 @@ absl::Status LightBuilder::set_projection(const v1::ProjectionLight& projection,
   const double tangent = std::tan(fov * kDegree / 2);
   record.tan_x = static_cast<float>(tangent * std::max(aspect, 1.0));
   record.tan_y = static_cast<float>(tangent * std::max(1 / aspect, 1.0));
-  if (auto s = place(projection, record, motion); !s.ok()) return s;
   return set_texture(projection.texture(), record);
 }
 
 absl::Status LightBuilder::add_area_lights(const std::vector<Emitter>& emitters, ShapeTable& shapes) {
+  if (emitters.empty()) return absl::OkStatus();
+  const std::vector<std::int32_t> instances = instances_by_shape(shapes);
   for (const Emitter& emitter : emitters) {
+    const std::int32_t instance = instances[static_cast<std::size_t>(emitter.shape)];
     place_ = absl::StrCat(emitter.where, ": area light");
-    if (auto s = add_area_light(emitter, shapes); !s.ok()) return located(s, place_);
+    if (auto s = add_area_light(emitter, instance, shapes); !s.ok()) return located(s, place_);
     warn_of_color(place_);
   }
   return absl::OkStatus();
@@ -253,20 +264,20 @@ absl::Status LightBuilder::check_area_light(const v1::AreaLight& light) {
   return located(read_area_light(light).status(), "area light");
 }
 
-absl::Status LightBuilder::add_area_light(const Emitter& emitter, ShapeTable& shapes) {
+absl::Status LightBuilder::add_area_light(const Emitter& emitter, std::int32_t instance, ShapeTable& shapes) {
   const v1::AreaLight& light = *emitter.light;
   const auto record = read_area_light(light);
   if (!record.ok()) return record.status();
   const std::size_t first = table_.lights.size();
-  const InstanceRecord* const place = place_of_moving_shape(emitter.shape, shapes);
-  if (place != nullptr) {
-    add_moving_area_light(emitter, *record, *place, shapes);
+  if (instance >= 0) {
+    const InstanceRecord& place = shapes.instances[static_cast<std::size_t>(instance)];
+    add_moving_area_light(emitter, *record, place, shapes);
   } else {
     append_area_lights(shapes, emitter.shape, record->radiance, light.two_sided(), record->texture, table_,
                        light.interpolated_normal_pick());
   }
   note_curve();
-  return set_amount(light, place != nullptr, first);
+  return set_amount(light, instance >= 0, first);
 }
 
 namespace {

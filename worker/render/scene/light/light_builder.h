@@ -11,11 +11,13 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "photometry/lamps/luminaire.h"
+#include "photometry/sky/sky.h"
 #include "render/light/light_build.h"
 #include "render/light/light_table.h"
 #include "render/light/moving_lights.h"
 #include "render/scene/blob_source.h"
 #include "render/scene/light/light_amount.h"
+#include "render/scene/light/moving_light.h"
 #include "render/scene/placement/motion.h"
 #include "render/scene/placement/render_space.h"
 #include "render/scene/shape/emitter.h"
@@ -36,9 +38,9 @@ struct LightInputs {
   TextureNodes& textures;
   /// Reads only the headers of environment maps, which stay black: for scenes that are not rendered.
   bool headers_alone = false;
-  SpectralBuilder* spectral = nullptr;  // jobs of wavelengths only
-  std::vector<std::string>* warnings = nullptr;
-  SceneScale scale = {};  // of the scene's units
+  SpectralBuilder* spectral = nullptr;           // jobs of wavelengths only
+  std::vector<std::string>* warnings = nullptr;  // null: nobody is warned
+  SceneScale scale = {};                         // of the scene's units
 };
 
 class LightBuilder {
@@ -64,21 +66,24 @@ class LightBuilder {
  private:
   /// That of a shape, whatever its kind.
   absl::StatusOr<LightRecord> read_area_light(const v1::AreaLight& light);
-  absl::Status add_area_light(const Emitter& emitter, ShapeTable& shapes);
+  /// `instance`: what places the shape; -1: it stands in the world.
+  absl::Status add_area_light(const Emitter& emitter, std::int32_t instance, ShapeTable& shapes);
   absl::Status add_light(const v1::Light& light);
-  /// `motion`: its way from its own space to the world, if it moves.
-  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, Motion& motion);
-  absl::Status set_goniometric(const v1::GoniometricLight& light, float scale, LightRecord& record,
-                               Motion& motion);
+  /// `way`: from its own space to the world, if it moves.
+  absl::Status set_kind(const v1::Light& light, float scale, LightRecord& record, LightWay& way);
+  absl::Status set_goniometric(const v1::GoniometricLight& light, const MotionKeys& keys, float scale,
+                               LightRecord& record, LightWay& way);
   absl::Status set_spot(const v1::SpotLight& spot, LightRecord& record);
-  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record, Motion& motion);
+  absl::Status set_projection(const v1::ProjectionLight& projection, LightRecord& record);
   /// Where a light with a rotation stands.
   template <class Message>
-  absl::Status place(const Message& light, LightRecord& record, Motion& motion) const;
+  absl::Status place(const Message& light, const MotionKeys& keys, LightRecord& record, LightWay& way) const;
   absl::Status set_texture(const std::string& name, LightRecord& record);
   absl::Status set_color(const v1::Spectrum& spectrum, float scale, const char* what, LightRecord& record);
   /// The lights that were added since are those of the latest set_color().
   void note_curve();
+  /// Warns where the latest light is not where its keys have it.
+  void warn_of_roughness(const std::string& place);
   /// Warns where nothing has the colour of the latest set_color().
   void warn_of_color(const std::string& place);
 
@@ -109,8 +114,8 @@ class LightBuilder {
   /// The tables of lights that move, which have room for all lights so far.
   MovingLights& moving();
   /// `record` stands in render space, but has its directions in its own.
-  absl::Status add_moving_light(const Motion& motion, LightRecord record);
-  /// The lights of a shape that moves; `light` has what they share.
+  absl::Status add_moving_light(const LightWay& way, LightRecord record);
+  /// The lights of a shape that an instance places; `light` has what they share.
   void add_moving_area_light(const Emitter& emitter, const LightRecord& light, const InstanceRecord& place,
                              ShapeTable& shapes);
   void add_moving_records(LightMotion motion, std::vector<LightRecord> own);
@@ -122,10 +127,20 @@ class LightBuilder {
                                              std::optional<double> mean) const;
   absl::Status set_portal(const v1::InfiniteLight& light, Environment& environment) const;
 
+  // sky_light.cpp
+  /// A sky with its ground, and a record for its sun behind it.
+  absl::Status add_sky(const v1::Light& light, float scale);
+  absl::Status add_sun(const v1::SkyLight& light, const photometry::Sky& sky, float scale);
+  absl::Status add_map(TextureImage image, EnvironmentMapping mapping, float scale,
+                       const Affine& world_from_light);
+  /// A colour with a luminance of 1, and `latest_` as of set_color().
+  absl::StatusOr<spectra::Rgb> color_of_sky(bool is_said, const v1::Spectrum& spectrum, const char* field);
+
   const LightInputs inputs_;
   LightTable& table_;
   std::shared_ptr<MovingLights> moving_;  // that of the table
   SpectralEmission latest_;               // of the latest set_color()
+  std::string roughness_;                 // how far steps of the latest light leave its way
   /// Lights whose whole light is known once images are decoded.
   struct PendingAmount {
     std::string where;

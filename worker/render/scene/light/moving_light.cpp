@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "render/light/moving_lights.h"
 #include "render/scene/light/light_builder.h"
 #include "render/scene/light/light_values.h"
@@ -58,18 +59,85 @@ LightKind moving_kind(const LightRecord& still) {
   return still.radius > 0 ? LightKind::kMovingSoft : LightKind::kMovingPoint;
 }
 
-}  // namespace
+/// Relative to the lengths of axes: angles within it are those of a turn that is written with few digits.
+constexpr double kSkewTolerance = 1e-4;
 
-absl::StatusOr<Motion> motion_of_point(const v1::PointLight& light) {
-  if (!light.has_position_end()) return Motion(Transform{});
-  return Motion::between(Transform::translation(point_of(light.position())),
-                         Transform::translation(point_of(light.position_end())));
+bool keeps_angles(const Transform& place) {
+  const Imath::V3d x = place.apply_vector({1, 0, 0}), y = place.apply_vector({0, 1, 0}),
+                   z = place.apply_vector({0, 0, 1});
+  const double size = x.length();
+  const double skew =
+      std::max({std::abs(y.length() - size), std::abs(z.length() - size), std::abs(x.dot(y)) / size,
+                std::abs(y.dot(z)) / size, std::abs(z.dot(x)) / size});
+  return size > 0 && skew <= kSkewTolerance * size;
 }
 
-absl::StatusOr<Motion> motion_of_spot(const v1::SpotLight& light) {
-  if (!light.has_position_end() && !light.has_target_end() && !light.has_up_end()) return Motion(Transform{});
-  const Imath::V3d position = point_of(light.position()),
-                   position_end = light.has_position_end() ? point_of(light.position_end()) : position;
+constexpr char kSkewed[] = "its transform changes angles between directions";
+
+Transform without_shift(Transform place) {
+  place.m[3] = place.m[7] = place.m[11] = 0;
+  return place;
+}
+
+/// Keys place the space that `start` places when the shutter opens. `within` is where the light stands in
+/// that space. It turns and shifts, or only turns.
+absl::StatusOr<LightWay> way_by_keys(const MotionKeys& keys, const Transform& start, const Imath::V3d& within,
+                                     LightWay::Follows follows) {
+  std::vector<std::string> faults;
+  std::vector<Motion::Key> ways = Motion::read_keys(keys, start, faults);
+  const bool turns = follows == LightWay::Follows::kTurns;
+  const auto of_light = [&](const Transform& place) {
+    return turns ? without_shift(place) : place * Transform::translation(within);
+  };
+  for (std::size_t i = 0; i < ways.size(); ++i) {
+    // Those that are singular are told of by the motion.
+    if (ways[i].place.determinant() != 0 && !keeps_angles(ways[i].place))
+      faults.push_back(absl::StrCat("motion key ", i, ": ", kSkewed));
+    ways[i].place = of_light(ways[i].place);
+    ways[i].turn.about = turns ? Imath::V3d(0, 0, 0) : ways[i].turn.about - within;
+  }
+  auto motion = Motion::through(of_light(start), std::move(ways));
+  if (!motion.ok()) faults.emplace_back(motion.status().message());
+  if (!faults.empty()) return absl::InvalidArgumentError(absl::StrJoin(faults, "; "));
+  return LightWay{*std::move(motion), follows};
+}
+
+absl::StatusOr<LightWay> way_between(const Transform& start, const Transform& end) {
+  auto motion = Motion::between(start, end);
+  if (!motion.ok()) return motion.status();
+  return LightWay{*std::move(motion)};
+}
+
+}  // namespace
+
+Transform LightWay::at(double time) const {
+  Transform place = motion.at(time);
+  if (follows == Follows::kAll) return place;
+  const double size = place.apply_vector({1, 0, 0}).length();
+  for (std::size_t i = 0; i < 12; ++i)
+    if (i % 4 != 3) place.m[i] /= size;
+  return follows == Follows::kTurns ? without_shift(place) : place;
+}
+
+absl::StatusOr<LightWay> way_of_point(const v1::PointLight& light, const MotionKeys& keys) {
+  if (!keys.empty()) {
+    if (light.has_position_end()) return Motion::said_twice();
+    return way_by_keys(keys, Transform{}, point_of(light.position()), LightWay::Follows::kRigid);
+  }
+  if (!light.has_position_end()) return LightWay();
+  return way_between(Transform::translation(point_of(light.position())),
+                     Transform::translation(point_of(light.position_end())));
+}
+
+absl::StatusOr<LightWay> way_of_spot(const v1::SpotLight& light, const MotionKeys& keys) {
+  const bool has_end = light.has_position_end() || light.has_target_end() || light.has_up_end();
+  const Imath::V3d position = point_of(light.position());
+  if (!keys.empty()) {
+    if (has_end) return Motion::said_twice();
+    return way_by_keys(keys, Transform{}, position, LightWay::Follows::kRigid);
+  }
+  if (!has_end) return LightWay();
+  const Imath::V3d position_end = light.has_position_end() ? point_of(light.position_end()) : position;
   const Imath::V3d axis = point_of(light.target()) - position;
   const Imath::V3d axis_end =
       point_of(light.has_target_end() ? light.target_end() : light.target()) - position_end;
@@ -78,36 +146,43 @@ absl::StatusOr<Motion> motion_of_spot(const v1::SpotLight& light) {
                         ? turn_between(axis, axis_end)
                         : turn_between(axis, point_of(light.up()), axis_end, point_of(up_end));
   if (!turn.ok()) return turn.status();
-  return Motion::between(Transform::translation(position), Transform::translation(position_end) * *turn);
+  return way_between(Transform::translation(position), Transform::translation(position_end) * *turn);
 }
 
-absl::StatusOr<Motion> motion_of_distant(const v1::DistantLight& light) {
-  if (!light.has_direction_end()) return Motion(Transform{});
+absl::StatusOr<LightWay> way_of_distant(const v1::DistantLight& light, const MotionKeys& keys) {
+  if (!keys.empty()) {
+    if (light.has_direction_end()) return Motion::said_twice();
+    return way_by_keys(keys, Transform{}, {0, 0, 0}, LightWay::Follows::kTurns);
+  }
+  if (!light.has_direction_end()) return LightWay();
   const auto turn = turn_between(point_of(light.direction()), point_of(light.direction_end()));
   if (!turn.ok()) return turn.status();
-  return Motion::between(Transform{}, *turn);
+  return way_between(Transform{}, *turn);
 }
 
-absl::StatusOr<Motion> motion_of_sky(const v1::InfiniteLight& light) {
-  if (light.world_from_light_end().elements().empty() || !light.has_image()) return Motion(Transform{});
+absl::StatusOr<LightWay> way_of_sky(const v1::InfiniteLight& light, const MotionKeys& keys) {
+  const bool has_end = !light.world_from_light_end().elements().empty();
+  if (keys.empty() && (!has_end || !light.has_image())) return LightWay();
+  if (has_end && !keys.empty()) return Motion::said_twice();
   if (!light.portal().empty()) return absl::InvalidArgumentError("a light with a portal cannot move");
-  Transform places[2];
-  const v1::Matrix* matrices[2] = {&light.world_from_light(), &light.world_from_light_end()};
-  for (std::size_t i = 0; i < 2; ++i) {
-    const auto place = Transform::from_proto(*matrices[i]);
-    if (!place.ok()) return place.status();
-    const Imath::V3d x = place->apply_vector({1, 0, 0}), y = place->apply_vector({0, 1, 0}),
-                     z = place->apply_vector({0, 0, 1});
-    const double size = x.length();
-    constexpr double kTolerance = 1e-4;
-    const double skew =
-        std::max({std::abs(y.length() - size), std::abs(z.length() - size), std::abs(x.dot(y)) / size,
-                  std::abs(y.dot(z)) / size, std::abs(z.dot(x)) / size});
-    if (!(size > 0) || !(skew <= kTolerance * size))
-      return absl::InvalidArgumentError("its transform changes angles between directions");
-    places[i] = frame_of(x / size, y / size, z / size, {0, 0, 0});
+  const auto start = Transform::from_proto(light.world_from_light());
+  if (!start.ok()) return start.status();
+  if (light.has_image() && !keeps_angles(*start)) return absl::InvalidArgumentError(kSkewed);
+  if (!keys.empty()) {
+    auto way = way_by_keys(keys, *start, {0, 0, 0}, LightWay::Follows::kTurns);
+    // A sky of one colour looks the same whatever its way.
+    return way.ok() && !light.has_image() ? LightWay() : way;
   }
-  return Motion::between(places[0], places[1]);
+  const auto end = Transform::from_proto(light.world_from_light_end());
+  if (!end.ok()) return end.status();
+  if (!keeps_angles(*end)) return absl::InvalidArgumentError(kSkewed);
+  const auto rotation = [](const Transform& place) {
+    const Imath::V3d x = place.apply_vector({1, 0, 0}), y = place.apply_vector({0, 1, 0}),
+                     z = place.apply_vector({0, 0, 1});
+    const double size = x.length();
+    return frame_of(x / size, y / size, z / size, {0, 0, 0});
+  };
+  return way_between(rotation(*start), rotation(*end));
 }
 
 MovingLights& LightBuilder::moving() {
@@ -142,41 +217,50 @@ void LightBuilder::add_moving_records(LightMotion motion, std::vector<LightRecor
   }
 }
 
-absl::Status LightBuilder::add_moving_light(const Motion& motion, LightRecord record) {
+absl::Status LightBuilder::add_moving_light(const LightWay& way, LightRecord record) {
   const bool at_infinity = is_at_infinity(record.kind);
   std::fill_n(record.position, 3, 0.0f);
   const Transform from_world = at_infinity ? Transform{} : inputs_.space.from_world;
   LightMotion steps{.first_step = static_cast<std::int32_t>(moving().steps.size()),
-                    .segments = motion.segments()};
-  if (auto s = append_steps([&](double time) { return from_world * motion.at(time); }, steps.segments,
+                    .segments = way.motion.segments()};
+  if (auto s = append_steps([&](double time) { return from_world * way.at(time); }, steps.segments,
                             moving().steps);
       !s.ok())
     return s;
+  roughness_ = roughness_of(way.motion.steps());
+  moving().moves = true;
   add_moving_records(steps, {record});
   return absl::OkStatus();
 }
 
-const InstanceRecord* place_of_moving_shape(std::int32_t shape, const ShapeTable& shapes) {
-  if (shape < shapes.world_shape_count) return nullptr;
-  const auto instance = std::ranges::find_if(shapes.instances, [&](const InstanceRecord& one) {
-    const ObjectRange& object = shapes.objects[static_cast<std::size_t>(one.object)];
-    return one.number == 0 && object.first_shape <= shape && shape < object.first_shape + object.shape_count;
-  });
-  return instance == shapes.instances.end() ? nullptr : &*instance;
+std::vector<std::int32_t> instances_by_shape(const ShapeTable& shapes) {
+  std::vector<std::int32_t> instances(shapes.shapes.size(), -1);
+  for (std::size_t i = 0; i < shapes.instances.size(); ++i) {
+    const ObjectRange& object = shapes.objects[static_cast<std::size_t>(shapes.instances[i].object)];
+    if (object.shape_count == 1)
+      instances[static_cast<std::size_t>(object.first_shape)] = static_cast<std::int32_t>(i);
+  }
+  return instances;
 }
 
 void LightBuilder::add_moving_area_light(const Emitter& emitter, const LightRecord& light,
                                          const InstanceRecord& place, ShapeTable& shapes) {
   if (emitter.light->interpolated_normal_pick() > 0 && inputs_.warnings != nullptr)
     inputs_.warnings->push_back(
-        absl::StrCat(emitter.where, ": it moves, and emits light by its true normals alone"));
+        absl::StrCat(emitter.where, ": it moves or is instanced, and emits light by its true normals alone"));
   MovingLights& all = moving();
-  // Shapes that move stand before all instances that hold others: the lower part of the number is all of it.
+  // Shapes that emit light stand before all instances that hold others: the lower part of the number is all
+  // of it. Those that stand still within an instance go from its place to the same.
   const LightMotion motion{.first_step = static_cast<std::int32_t>(all.steps.size()),
-                           .segments = place.segments,
+                           .segments = std::max(place.segments, 1),
                            .instance = static_cast<std::int32_t>(place.first_place)};
-  const auto first = shapes.motion_steps.begin() + place.first_step;
-  all.steps.insert(all.steps.end(), first, first + place.segments + 1);
+  if (place.segments > 0) {
+    const auto first = shapes.motion_steps.begin() + place.first_step;
+    all.steps.insert(all.steps.end(), first, first + place.segments + 1);
+    all.moves = true;
+  } else {
+    all.steps.insert(all.steps.end(), 2, place.render_from_instance);
+  }
 
   LightTable own;
   own.sources = table_.sources;

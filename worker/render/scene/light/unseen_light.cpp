@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "render/light/light_source.h"
+#include "render/scene/light/sky_light.h"
 
 namespace tessera::render {
 namespace {
@@ -39,6 +40,7 @@ std::optional<std::string> first_delta_light(const SceneTables& tables, const v1
   if (std::ranges::none_of(tables.lights.lights, is_delta)) return std::nullopt;
   for (int i = 0; i < scene.lights_size(); ++i) {
     if (scene.lights(i).has_infinite()) continue;
+    if (scene.lights(i).has_sky() && !has_parallel_sun(scene.lights(i).sky())) continue;
     return scene.lights(i).name().empty() ? absl::StrCat("lights[", i, "]")
                                           : absl::StrCat("'", scene.lights(i).name(), "'");
   }

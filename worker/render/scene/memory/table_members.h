@@ -10,6 +10,7 @@
 #include "render/sensor/hole_table.h"
 #include "render/sensor/lens_table.h"
 #include "render/sensor/panorama_table.h"
+#include "render/sensor/probe_table.h"
 #include "render/sensor/shutter_table.h"
 
 namespace tessera {
@@ -60,7 +61,7 @@ TESSERA_MEMBERS(Environment, mapping, light_from_render, render_from_light, widt
                 distribution, flux, sampled_share, portal, portal_area)
 TESSERA_MEMBERS(LightTable, lights, environments, infinite_lights, selection, tree, uses_normals, sources,
                 shapes, textures, any_textures, any_interpolated, scene_centre, scene_radius, moving)
-TESSERA_MEMBERS(MovingLights, still, motion_of_light, motions, steps)
+TESSERA_MEMBERS(MovingLights, still, motion_of_light, motions, steps, moves)
 
 // The view, and all of them
 TESSERA_MEMBERS(SensitivityTable, quantiles, light, matter, from_nm, to_nm, bands, first_band_nm,
@@ -74,11 +75,13 @@ TESSERA_MEMBERS(LensTable, aperture, tilt, barrel_length, barrel_radius, picture
                 first_y, pupil, weight)
 TESSERA_MEMBERS(HoleTable, radius, spread, inward, weight, light, reach, wavelengths, first_nm,
                 wavelengths_per_nm)
-TESSERA_MEMBERS(DistortionTable, smooth, grid, nodes, start_grid, starts, near)
+TESSERA_MEMBERS(DistortionTable, smooth, grid, nodes, start_grid, starts, slopes, near)
+TESSERA_MEMBERS(ProbeTable, probes, probe_of_pixel, column_of_pixel, row_of_pixel, pixels, triangles,
+                area_before_triangle)
 TESSERA_MEMBERS(ShutterTable, knots, rows, from_last, across, duration)
 TESSERA_MEMBERS(SensorRecord, kind, render_from_sensor, steps, shutter, scale_x, scale_y, offset_x, offset_y,
-                circle_angle, lens_radius, focal_distance, lens, hole, distortion, panorama, has_barrel,
-                disperses, near_clip, far_clip, width, height, medium, response)
+                circle_angle, lens_radius, focal_distance, lens, hole, distortion, panorama, probes,
+                has_barrel, disperses, near_clip, far_clip, width, height, medium, response)
 TESSERA_MEMBERS(FilterAxis, radius, cdf, weight)
 TESSERA_MEMBERS(PixelFilterRecord, kind, x, y)
 TESSERA_MEMBERS(LayerAutomaton, states, events, ends, begin, next, layers, shadows)

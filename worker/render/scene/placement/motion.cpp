@@ -161,22 +161,15 @@ absl::StatusOr<Motion> Motion::through(const Transform& start, std::vector<Key> 
   return motion;
 }
 
-absl::StatusOr<Motion> Motion::from_proto(const v1::Matrix& start, const v1::Matrix& end,
-                                          const google::protobuf::RepeatedPtrField<v1::MotionKey>& keys) {
-  const auto first = Transform::from_proto(start);
-  if (!first.ok()) return first.status();
-  if (end.elements().empty() && keys.empty()) return Motion(*first);
-  if (!end.elements().empty()) {
-    if (!keys.empty())
-      return absl::InvalidArgumentError(
-          "where it is when the shutter closes is said twice: as the end of its motion and by motion keys");
-    const auto last = Transform::from_proto(end);
-    if (!last.ok()) return last.status();
-    return between(*first, *last);
-  }
+absl::Status Motion::said_twice() {
+  return absl::InvalidArgumentError(
+      "where it is when the shutter closes is said twice: as the end of its motion and by motion keys");
+}
+
+std::vector<Motion::Key> Motion::read_keys(const Messages& keys, const Transform& start,
+                                           std::vector<std::string>& faults) {
   std::vector<Key> ways;
-  std::vector<std::string> faults;
-  Transform place = *first;
+  Transform place = start;
   const auto point = [](const v1::Point3& p) { return Imath::V3d(p.x(), p.y(), p.z()); };
   for (int i = 0; i < keys.size(); ++i) {
     const v1::MotionKey& key = keys[i];
@@ -197,6 +190,22 @@ absl::StatusOr<Motion> Motion::from_proto(const v1::Matrix& start, const v1::Mat
       way.turn = {};
     }
   }
+  return ways;
+}
+
+absl::StatusOr<Motion> Motion::from_proto(const v1::Matrix& start, const v1::Matrix& end,
+                                          const Messages& keys) {
+  const auto first = Transform::from_proto(start);
+  if (!first.ok()) return first.status();
+  if (end.elements().empty() && keys.empty()) return Motion(*first);
+  if (!end.elements().empty()) {
+    if (!keys.empty()) return said_twice();
+    const auto last = Transform::from_proto(end);
+    if (!last.ok()) return last.status();
+    return between(*first, *last);
+  }
+  std::vector<std::string> faults;
+  std::vector<Key> ways = read_keys(keys, *first, faults);
   auto motion = through(*first, std::move(ways));
   if (!motion.ok()) faults.emplace_back(motion.status().message());
   if (!faults.empty()) return absl::InvalidArgumentError(absl::StrJoin(faults, "; "));

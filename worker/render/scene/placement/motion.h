@@ -51,9 +51,14 @@ class Motion {
   }
   /// The same of messages, with the errors of Transform::from_proto(); stands still where neither says
   /// otherwise. An `end` is one key; beside others it is an error.
-  static absl::StatusOr<Motion> from_proto(
-      const v1::Matrix& start, const v1::Matrix& end,
-      const google::protobuf::RepeatedPtrField<v1::MotionKey>& keys = {});
+  using Messages = google::protobuf::RepeatedPtrField<v1::MotionKey>;
+  static absl::StatusOr<Motion> from_proto(const v1::Matrix& start, const v1::Matrix& end,
+                                           const Messages& keys = {});
+  /// Keys of messages, with a fault for each that is not well-formed.
+  static std::vector<Key> read_keys(const Messages& keys, const Transform& start,
+                                    std::vector<std::string>& faults);
+  /// The error of an `end` beside keys.
+  static absl::Status said_twice();
   static absl::StatusOr<Motion> of(const v1::Shape& shape) {
     return from_proto(shape.world_from_object(), shape.world_from_object_end(), shape.motion());
   }

@@ -42,15 +42,14 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting asked,
   if (!moving.ok()) return moving.status();
   table_.world_shape_count = static_cast<std::int32_t>(table_.shapes.size());
   shapes_before_ = shapes.size();
-  std::vector<std::uint64_t> own_parts, half_spaces;
+  std::vector<std::uint64_t> own_parts, alone;
   for (const v1::Object& object : scene.objects()) {
     if (auto s = object_names_.add(object.name(), static_cast<int>(object_parts_.size())); !s.ok()) return s;
     auto parts = build_object(object);
     if (!parts.ok()) return parts.status();
     own_parts.push_back(parts->size());
-    half_spaces.push_back(static_cast<std::uint64_t>(std::ranges::count_if(*parts, [&](const auto& part) {
-      return is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
-    })));
+    alone.push_back(static_cast<std::uint64_t>(
+        std::ranges::count_if(*parts, [&](const auto& part) { return stands_alone(part); })));
     object_parts_.push_back(*std::move(parts));
     shapes_before_ += object.shapes_size();
   }
@@ -60,7 +59,8 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting asked,
   const auto graph = ObjectGraph::of(scene.objects(), object_names_);
   if (!graph.ok()) return graph.status();
   if (auto s = append_held(scene, object_names_, "", placed_); !s.ok()) return s;
-  if (auto s = check_flattened(*graph, half_spaces, placed_, "half-spaces of objects"); !s.ok()) return s;
+  if (auto s = check_flattened(*graph, alone, placed_, "half-spaces and lights of objects"); !s.ok())
+    return s;
   auto plan = plan_nesting(*graph, own_parts, placed_, asked, wants_flat);
   if (!plan.ok()) return plan.status();
   note_ = std::move(plan->note);
@@ -72,6 +72,7 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting asked,
   }
   if (auto s = add_world_instances(plan->world_kept); !s.ok()) return s;
   written_world_ = {}, written_objects_ = {};  // whoever owns the blobs may free them
+  move_lamps_forward();
   number_places(table_);
   return shapes_.add_solids_of_combinations();
 }
@@ -87,8 +88,7 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
     const std::string where = place(i);
     const auto moves_too = moves(shape);
     if (!moves_too.ok()) return located(moves_too.status(), where);
-    // Half-spaces of an object are instances of their own: they do not count for the size of the scene.
-    if (*moves_too || (instanced && shape.has_half_space())) {
+    if (*moves_too || (instanced && (shape.has_half_space() || shape.has_area_light()))) {
       moving.push_back(i);
       continue;
     }
@@ -106,6 +106,31 @@ absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape) {
   const auto motion = Motion::of(shape);
   if (!motion.ok()) return motion.status();
   return motion->moves();
+}
+
+bool InstanceBuilder::stands_alone(const ObjectPart& part) const {
+  const ObjectRange& object = table_.objects[static_cast<std::size_t>(part.object)];
+  return is_unbounded(table_, object) ||
+         (object.shape_count == 1 && shapes_.waits_for_places(object.first_shape));
+}
+
+absl::Status InstanceBuilder::own_emitter(ObjectPart& part) {
+  const ObjectRange object = table_.objects[static_cast<std::size_t>(part.object)];
+  if (object.shape_count != 1 || !shapes_.waits_for_places(object.first_shape)) return absl::OkStatus();
+  const auto shape = shapes_.place_emitter(object.first_shape);
+  if (!shape.ok()) return shape.status();
+  if (*shape != object.first_shape) {
+    part.object = static_cast<std::int32_t>(table_.objects.size());
+    table_.objects.push_back({*shape, 1});
+  }
+  lamps_.insert(part.object);
+  return absl::OkStatus();
+}
+
+void InstanceBuilder::move_lamps_forward() {
+  if (lamps_.empty() || !table_.nested()) return;
+  std::stable_partition(table_.instances.begin() + std::ssize(moving_names_), table_.instances.end(),
+                        [&](const InstanceRecord& one) { return lamps_.contains(one.object); });
 }
 
 absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform& placed_from_object,
@@ -276,9 +301,7 @@ absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held,
   const auto first = static_cast<std::int32_t>(table_.inner.size());
   const Holder group{Transform::translation(-*anchor), table_.inner};
   const auto add = [&](ObjectPart part) {
-    // A part without end must not count for the size of the group.
-    const bool inside = kept && !is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
-    if (inside) return add_instance(part, group);
+    if (kept && !stands_alone(part)) return add_instance(part, group);
     outside.push_back(std::move(part));
     return absl::OkStatus();
   };
@@ -294,7 +317,7 @@ absl::Status InstanceBuilder::add_held(int object, const std::vector<int>& held,
     outside.push_back(
         {static_cast<std::int32_t>(table_.objects.size()), Transform::translation(*anchor), {}});
     table_.objects.push_back({0, 0, first, count});
-    group_names_.push_back(absl::StrCat("an instance in ", where));
+    groups_.push_back({table_.objects.size() - 1, absl::StrCat("an instance in ", where)});
   }
   own = std::move(outside);
   return absl::OkStatus();
@@ -316,9 +339,9 @@ absl::Status InstanceBuilder::add_world_instances(bool kept) {
   const Holder world{space_.from_world, table_.instances}, group{space_.from_world, table_.inner};
   reserve(placed_.size(), kept ? table_.inner : table_.instances);
   const auto first = static_cast<std::int32_t>(table_.inner.size());
-  const auto add = [&](std::size_t i, const ObjectPart& part) {
-    const bool inside = kept && !is_unbounded(table_, table_.objects[static_cast<std::size_t>(part.object)]);
-    const Holder& holder = inside ? group : world;
+  const auto add = [&](std::size_t i, ObjectPart part) {
+    const Holder& holder = kept && !stands_alone(part) ? group : world;
+    if (auto s = own_emitter(part); !s.ok()) return s;
     if (auto s = add_instance(part, holder); !s.ok()) return s;
     holder.records.back().number = static_cast<std::int32_t>(i) + 1;
     return absl::OkStatus();
@@ -328,7 +351,7 @@ absl::Status InstanceBuilder::add_world_instances(bool kept) {
   if (count == 0) return absl::OkStatus();
   const auto object = static_cast<std::int32_t>(table_.objects.size());
   table_.objects.push_back({0, 0, first, count});
-  group_names_.push_back("an instance");
+  groups_.push_back({table_.objects.size() - 1, "an instance"});
   const Holder render_space{Transform{}, table_.instances};
   return add_instance({object, Transform{}, {}}, render_space);
 }
@@ -369,13 +392,11 @@ absl::Status InstanceBuilder::check_reach(const float* centre, float radius) con
     if (!look(table_.instances[i], world))
       return located(absl::InvalidArgumentError(kBeyondFloats), name_of_instance(i));
   }
-  // Objects come after those that they hold.
-  for (std::size_t i = table_.objects.size(); i-- > table_.objects.size() - group_names_.size();) {
-    const Reach own = reaches[i];
-    for (const InstanceRecord& inner : table_.inner_of(table_.objects[i])) {
-      if (look(inner, own)) continue;
-      return located(absl::InvalidArgumentError(kBeyondFloats),
-                     group_names_[i + group_names_.size() - table_.objects.size()]);
+  // Groups come after those that they hold.
+  for (auto group = groups_.rbegin(); group != groups_.rend(); ++group) {
+    const Reach own = reaches[group->object];
+    for (const InstanceRecord& inner : table_.inner_of(table_.objects[group->object])) {
+      if (!look(inner, own)) return located(absl::InvalidArgumentError(kBeyondFloats), group->name);
     }
   }
   return absl::OkStatus();

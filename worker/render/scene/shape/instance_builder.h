@@ -1,11 +1,13 @@
 // Where shapes stand: in the world, in objects that instances place, and on their way while the shutter is
-// open. A shape that moves is an object of its own, placed by a moving instance.
+// open. A shape that moves is an object of its own, placed by a moving instance. So is one of an object that
+// emits light, once for each of its places in the world.
 #pragma once
 
 #include <functional>
 #include <span>
 #include <stop_token>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -72,7 +74,14 @@ class InstanceBuilder {
 
   /// Whether `shape` is placed by a moving instance.
   static absl::StatusOr<bool> moves(const v1::Shape& shape);
-  /// The shapes that do not move; gives the places of those that do.
+  /// Whether a part has to stand in the world by itself: one without end must not count for the size of a
+  /// group, and light is emitted at one place.
+  bool stands_alone(const ObjectPart& part) const;
+  /// The same part for one more place in the world, if it emits light.
+  absl::Status own_emitter(ObjectPart& part);
+  /// Lights have places of 32 bits: those of groups may be larger, and so they come behind.
+  void move_lamps_forward();
+  /// The shapes that do not move, and do not stand alone; gives the places of the others.
   absl::StatusOr<std::vector<int>> add_still(const Shapes& shapes, const Transform& placed_from_shapes,
                                              const std::function<std::string(int)>& where, bool instanced);
   /// A part without an object where there is nothing of it to be seen.
@@ -117,7 +126,12 @@ class InstanceBuilder {
   std::vector<ObjectParts> object_parts_;
   std::vector<std::uint64_t> uses_;        // instances of each that are still to be built
   std::vector<std::string> moving_names_;  // shapes of the world: the first of ShapeTable::instances
-  std::vector<std::string> group_names_;   // places in the last of ShapeTable::objects, which hold others
+  struct Group {
+    std::size_t object = 0;  // in ShapeTable::objects
+    std::string name;        // place in the scene
+  };
+  std::unordered_set<std::int32_t> lamps_;  // those of ShapeTable::objects that are one place of a light
+  std::vector<Group> groups_;               // objects that hold others, each behind those
   std::string note_;
   std::int32_t shapes_before_ = 0;  // shapes of the scene before those that are being built
 };

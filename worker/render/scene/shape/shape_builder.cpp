@@ -24,7 +24,7 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
   if (auto s = set_alpha(shape, record); !s.ok()) return s;
   if (shape.has_csg()) return add_combination(shape, placed_from_object, where, record);
   // Lights that are flat are sampled as triangles and rectangles.
-  const bool as_triangles = (shape.has_area_light() && !instanced) || inputs_.triangles_only;
+  const bool as_triangles = shape.has_area_light() || inputs_.triangles_only;
   if (auto s =
           add_geometry(shape, placed_from_object, as_triangles, inputs_.blobs, table_, record, inputs_.stop);
       !s.ok())
@@ -114,12 +114,27 @@ absl::Status ShapeBuilder::add_emitter(const v1::Shape& shape, bool instanced, c
   if (shape.has_curves()) {
     warnings_.push_back(absl::StrCat(where, ": curves cannot emit light; their area light is left out"));
   } else if (instanced) {
-    warnings_.push_back(
-        absl::StrCat(where, ": shapes of an object cannot emit light; its area light is left out"));
+    waiting_[index] = {{index, &shape.area_light(), where}};
   } else {
     emitters_.push_back({index, &shape.area_light(), where});
   }
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::int32_t> ShapeBuilder::place_emitter(std::int32_t shape) {
+  Waiting& waiting = waiting_.at(shape);
+  std::int32_t index = shape;
+  if (waiting.placed) {
+    // Its geometry is that of the first one.
+    const auto at = static_cast<std::size_t>(shape);
+    const ShapeRecord record = table_.shapes[at];
+    const std::string where = names_[at];
+    index = append(*messages_[at], where, record);
+    if (auto s = add_attributes(*messages_[at], index); !s.ok()) return s;
+  }
+  waiting.placed = true;
+  emitters_.push_back({index, waiting.emitter.light, waiting.emitter.where});
+  return index;
 }
 
 absl::Status ShapeBuilder::set_media(const v1::Shape& shape, ShapeRecord& record) const {

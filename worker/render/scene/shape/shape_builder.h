@@ -1,11 +1,13 @@
 // One shape of a scene's messages -> its record and arrays in the ShapeTable.
 #pragma once
 
+#include <map>
 #include <stop_token>
 #include <string>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "render/bsdf/material_table.h"
 #include "render/scene/blob_source.h"
 #include "render/scene/medium/medium_names.h"
@@ -36,10 +38,16 @@ class ShapeBuilder {
   ShapeBuilder(const ShapeInputs& inputs, ShapeTable& table, std::vector<std::string>& warnings)
       : inputs_(inputs), table_(table), warnings_(warnings) {}
 
-  /// Adds a shape, unless there would be nothing of it to be seen. Shapes of objects (`instanced`) emit no
-  /// light: a warning. Warnings name `where`; InvalidArgument does not.
+  /// Adds a shape, unless there would be nothing of it to be seen. Those of objects (`instanced`) that emit
+  /// light wait for their places. Warnings name `where`; InvalidArgument does not.
   absl::Status add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
                    const std::string& where);
+
+  /// Whether a shape of an object emits light: each of its places in the world is a shape and lights of its
+  /// own.
+  bool waits_for_places(std::int32_t shape) const { return waiting_.contains(shape); }
+  /// The shape for one more of the places of such a shape.
+  absl::StatusOr<std::int32_t> place_emitter(std::int32_t shape);
 
   /// Appends the solids of all combinations behind all shapes: once all of these are there.
   absl::Status add_solids_of_combinations();
@@ -60,6 +68,12 @@ class ShapeBuilder {
     std::vector<const v1::Shape*> meshes;  // null: no mesh
   };
 
+  /// A shape of an object that emits light.
+  struct Waiting {
+    Emitter emitter;
+    bool placed = false;
+  };
+
   absl::Status add_combination(const v1::Shape& shape, const Transform& placed_from_object,
                                const std::string& where, ShapeRecord& record);
   std::int32_t append(const v1::Shape& shape, const std::string& where, const ShapeRecord& record);
@@ -75,6 +89,7 @@ class ShapeBuilder {
   std::vector<std::string> names_;
   std::vector<const v1::Shape*> messages_;
   std::vector<Emitter> emitters_;
+  std::map<std::int32_t, Waiting> waiting_;  // by shape
   std::vector<Combination> combinations_;
 };
 

@@ -8,7 +8,9 @@
 #include "optics/image_quality.h"
 #include "render/bsdf/kinds.h"
 #include "render/core/vec64.h"
+#include "render/scene/view/distorted_film.h"
 #include "render/scene/view/lens.h"
+#include "render/sensor/lens_table.h"
 #include "wire/lens_message.h"
 
 namespace tessera::render {
@@ -145,15 +147,27 @@ absl::Status focus_on_point(const SensorRecord& sensor, const SceneArrays& array
   const double x = double{sensor.scale_x} * point.x() * sensor.width + sensor.offset_x,
                y = double{sensor.scale_y} * point.y() * sensor.height + sensor.offset_y;
   if (camera.has_lens()) return focus_lens_system(sensor, x, y, focus, camera);
+  const PlanePoint seen =
+      sensor.distortion == nullptr ? PlanePoint{x, y} : undistorted(*sensor.distortion, {x, y});
   const bool parallel = camera.has_orthographic();
-  const auto depth = focus.depth_along(parallel ? SensorSpaceRay{{x, y, 0}, {0, 0, 1}}
-                                                : SensorSpaceRay{{0, 0, 0}, {x, y, 1}});
+  const auto depth = focus.depth_along(parallel ? SensorSpaceRay{{seen.x, seen.y, 0}, {0, 0, 1}}
+                                                : SensorSpaceRay{{0, 0, 0}, {seen.x, seen.y, 1}});
   if (!depth) return nothing_there(point);
   if (parallel) {
     camera.mutable_orthographic()->set_focal_distance(static_cast<float>(*depth));
-  } else {
-    camera.mutable_perspective()->set_focal_distance(static_cast<float>(*depth));
+    return absl::OkStatus();
   }
+  double distance = *depth;
+  if (sensor.kind == SensorKind::kTiltedLens) {
+    // The plane of focus goes through the point, not through that of this depth on the axis.
+    const float* const plane = sensor.lens->tilt.plane;
+    const double rest = 1 - *depth * (plane[0] * seen.x + plane[1] * seen.y);
+    if (!(rest > 0))
+      return absl::InvalidArgumentError(
+          "camera: its lens is tilted so much that no focus is sharp at its focus_point");
+    distance /= rest;
+  }
+  camera.mutable_perspective()->set_focal_distance(static_cast<float>(distance));
   return absl::OkStatus();
 }
 

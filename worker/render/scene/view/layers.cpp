@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "layers/layer_rule.h"
+#include "render/scene/light/sky_light.h"
 
 namespace tessera::render {
 
@@ -92,7 +93,7 @@ void label_lights(const v1::Scene& scene, const std::vector<PlacedShape>& shapes
                   const AskedNames& asked, layers::Alphabet& alphabet, LayerTable& table) {
   alphabet.lights.clear();
   Labels<std::vector<std::string>> labels(alphabet.lights);
-  int free_lights = 0;
+  int free_lights = 0, records = 0;  // records: of the light `free_lights` that have been labelled
   for (const LightRecord& light : lights) {
     std::vector<std::string> names;
     if (light.shape >= 0) {
@@ -100,8 +101,9 @@ void label_lights(const v1::Scene& scene, const std::vector<PlacedShape>& shapes
           *shapes[static_cast<std::size_t>(numbers[static_cast<std::size_t>(light.shape)])].shape;
       names = {shape.area_light().group(), shape.name(), shape.group()};
     } else if (free_lights < scene.lights_size()) {
-      const v1::Light& message = scene.lights(free_lights++);
+      const v1::Light& message = scene.lights(free_lights);
       names = {message.name(), message.group()};
+      if (++records == records_of(message)) ++free_lights, records = 0;
     }
     const std::int32_t label = labels.label_of(asked.among(std::move(names)));
     table.source_of_light.push_back(layers::kSources * label + static_cast<std::int32_t>(source_of(light)));

@@ -20,6 +20,7 @@
 #include "render/scene/view/hole.h"
 #include "render/scene/view/lens.h"
 #include "render/scene/view/lens_faults.h"
+#include "render/scene/view/probes.h"
 #include "render/scene/view/shutter.h"
 #include "render/scene/view/viewpoint.h"
 #include "render/sensor/lens_table.h"
@@ -312,6 +313,7 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
     case v1::Camera::kPanorama:
     case v1::Camera::kCubeMap:
       return set_all_around(camera, record);
+    case v1::Camera::kProbes:  // build_sensor() has seen to them
     case v1::Camera::KIND_NOT_SET:
       break;
   }
@@ -356,6 +358,10 @@ absl::StatusOr<SensorRecord> build_sensor(const v1::Camera& camera, FilmSize fil
   }
   if (auto s = check_focus_point(camera); camera.has_focus_point() && !s.ok()) return s;
   if (auto s = check_for_algorithm(camera, film, algorithm); !s.ok()) return s;
+  if (camera.has_probes()) {
+    if (auto s = set_probes(camera, space, algorithm, surroundings.blobs, record); !s.ok()) return s;
+    return record;
+  }
   if (auto s = set_projection(camera, film, spectral, surroundings, record); !s.ok()) return s;
   move_window(camera, record);
   if (camera.has_distortion()) {

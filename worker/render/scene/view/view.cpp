@@ -6,6 +6,7 @@
 
 #include "render/scene/view/focus.h"
 #include "render/scene/view/lens_faults.h"
+#include "render/scene/view/probes.h"
 #include "render/scene/view/sensitivity.h"
 #include "render/sensor/footprint_record.h"
 #include "wire/exposure.h"
@@ -101,6 +102,7 @@ void set_view(const v1::Scene& scene, const v1::JobSpec& job, const Settings& se
   const auto check_film = [&](const absl::Status& status) {
     return faults.add(scene.film(), "film", status);
   };
+  if (scene.camera().has_probes()) check_film(check_probe_film(scene.film().filter(), job));
   if (job.view().reconstruction() == v1::RECONSTRUCTION_SCATTER)
     check_film(wire::check_scattering(scene.film().filter()));
   tables.footprint = footprint_of(tables.sensor, job.view().texture_footprint());

@@ -27,8 +27,9 @@ bool Wavefront::render(SampleSource& work, Film& film, std::stop_token stop) {
     reuse_ = std::make_unique<PathReuse>(context_, batch_, group, steering_, transit_, hits_);
     add(*reuse_);
   }
-  while (batch_.start(work, paths_)) {
+  while (batch_.start(work, paths_, kBatch, {}, &shadows_)) {
     if (stop.stop_requested()) return false;
+    if (shadows_.size > 0) trace_to_lights(dimension::kDeepest);
     trace(0, batch_.size());
     if (reuse_) reuse_->finish(shadows_);
     batch_.finish(film, max_depth_ > 0);

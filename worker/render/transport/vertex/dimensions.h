@@ -44,6 +44,10 @@ inline constexpr int kLayerLobes = 12 << 20;
 // The same on paths from lights that have the dimensions of a path from the eye beside their own.
 inline constexpr int kLightLayerLobes = 13 << 20;
 
+// Light that is sampled at probes: a point on it, and which.
+inline constexpr int kProbeLight = 15 << 20;
+inline constexpr int kProbeLightChoice = kProbeLight + 1;
+
 /// The deepest event.
 inline constexpr int kDeepest = static_cast<int>(wire::kMaxDepth);
 static_assert(kFirstEvent + (kDeepest + 1) * kPairsPerEvent <= kFlight);

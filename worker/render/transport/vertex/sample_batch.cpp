@@ -10,6 +10,7 @@
 #include "render/transport/vertex/dimensions.h"
 #include "render/transport/vertex/dispersion.h"
 #include "render/transport/vertex/layers.h"
+#include "render/transport/vertex/probe_light.h"
 #include "render/transport/vertex/sensor_start.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -55,7 +56,8 @@ Exposure exposure_of(const SceneTables& scene, Vec2 raster, const Sampler& sampl
 
 }  // namespace
 
-bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const PassShare& shared) {
+bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const PassShare& shared,
+                        ConnectionQueue* probe_light) {
   name_next(source, most);
   const CommonPlaces* const common = source.places();
   const StageTimer timer(stats_.times, Stage::kCamera);
@@ -97,6 +99,8 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
 
     WidePath path = start_at_sensor(scene_, {raster, lens, exposure.time}, wavelengths, Int::iota(slot));
     path.layer_state = state_at_eye(scene_);
+    if (scene_.sensor.probes && probe_light != nullptr)
+      append_probe_light(scene_, px, py, sampler, key.pixel, Mask::first(size_ - slot), path, *probe_light);
     store(scene_, path, paths, slot);
     key.pixel.store(keys_.pixel_hash + slot);
     key.reversed_sample.store(keys_.reversed_sample + slot);

@@ -40,8 +40,10 @@ class SampleBatch {
   }
 
   /// Asks for the next samples, `most` of them, and starts a path for each: entries 0 .. size() - 1 of
-  /// `paths`, in slots of the same number. False when nothing more is wanted.
-  bool start(SampleSource& source, PathState& paths, int most = kBatch, const PassShare& shared = {});
+  /// `paths`, in slots of the same number. False when nothing more is wanted. Where pixels are readings of
+  /// probes, light that shines straight on them is appended to `probe_light`, if that is given.
+  bool start(SampleSource& source, PathState& paths, int most = kBatch, const PassShare& shared = {},
+             ConnectionQueue* probe_light = nullptr);
   /// Finds what the first `n` paths meet after `depth` events: find_hits() of neighbours, timed and counted,
   /// in which camera rays that nobody samples (kUnsampled) miss.
   void find_hits(const PathState& paths, int n, int depth, HitState& hits);

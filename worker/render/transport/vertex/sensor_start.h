@@ -31,7 +31,7 @@ TESSERA_INLINE WidePath start_at_sensor(const SceneTables& scene, SensorSample s
                 .pdf = ray.pdf,
                 .roulette_scale = Float(1.0f),
                 .slot = slot,
-                .normal = {Float(0.0f), Float(0.0f), Float(0.0f)},
+                .normal = ray.normal,
                 .dispersed = Int(0),
                 .time = sample.time,
                 .reference = ray.origin,

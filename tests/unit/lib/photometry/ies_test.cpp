@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "photometry/lamps/lamp_file.h"
-#include "unit/photometry/sample_lamps.h"
+#include "unit/lib/photometry/sample_lamps.h"
 
 namespace tessera::photometry {
 namespace {

@@ -1,0 +1,209 @@
+#include "measure/sampling.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+#include "image/metrics.h"
+
+namespace tessera::client {
+
+namespace {
+
+/// Pixels of a cell in the first round: enough to know their spread.
+constexpr std::uint64_t kFirstPixels = 16;
+constexpr std::uint32_t kMostSamplesPerPixel = 64;
+/// A job has no more pixels; a film is so wide, or less.
+constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 20;
+constexpr std::uint32_t kWidth = 256;
+/// The spread of few pixels is uncertain: a round at most multiplies by this what it is judged by.
+constexpr double kMostGrowth = 16;
+constexpr int kMostRounds = 64;
+
+/// A run of cells of one probe that a job has pixels for, in the order of the pixels.
+struct CellPixels {
+  std::size_t cell;
+  std::uint64_t pixels;
+};
+
+/// Renders jobs that give cells so many more pixels each.
+class Round {
+ public:
+  Round(const MeasurePlan& plan, const SamplingOptions& options, const RenderProbes& render,
+        SampledCells& sampled)
+      : plan_(plan), options_(options), render_(render), sampled_(sampled) {}
+
+  absl::Status run(const std::vector<std::uint64_t>& wanted, std::uint64_t& seed);
+
+ private:
+  absl::Status run(ReadLight light, const std::vector<std::uint64_t>& wanted, std::uint64_t& seed);
+  absl::Status finish(ReadLight light, std::uint64_t& seed);
+  bool time_is_up() const { return options_.time_is_up && options_.time_is_up(); }
+
+  const MeasurePlan& plan_;
+  const SamplingOptions& options_;
+  const RenderProbes& render_;
+  SampledCells& sampled_;
+  v1::ProbeCamera camera_;
+  std::vector<CellPixels> order_;
+  std::uint64_t pixels_ = 0;
+};
+
+absl::Status Round::finish(ReadLight light, std::uint64_t& seed) {
+  if (pixels_ == 0) return absl::OkStatus();
+  ProbeJob job;
+  job.camera.Swap(&camera_);
+  job.light = light;
+  job.spp = sampled_.samples_per_pixel;
+  job.width = static_cast<std::uint32_t>(std::min<std::uint64_t>(kWidth, pixels_));
+  job.height = static_cast<std::uint32_t>((pixels_ + job.width - 1) / job.width);
+  job.seed = seed++;
+  const auto picture = render_(job);
+  if (!picture.ok()) return picture.status();
+  if (picture->pixels.size() < pixels_) return absl::InternalError("a picture of probes lacks pixels");
+  sampled_.cpu_seconds += picture->cpu_seconds;
+  std::size_t pixel = 0;
+  for (const CellPixels& run : order_) {
+    for (std::uint64_t i = 0; i < run.pixels; ++i) sampled_.cells[run.cell].add(picture->pixels[pixel++]);
+  }
+  camera_.Clear(), order_.clear(), pixels_ = 0;
+  return absl::OkStatus();
+}
+
+absl::Status Round::run(ReadLight light, const std::vector<std::uint64_t>& wanted, std::uint64_t& seed) {
+  for (const PlannedProbe& probe : plan_.probes) {
+    if (probe.light != light) continue;
+    v1::Probe* added = nullptr;
+    for (std::size_t i = 0; i < probe.cells; ++i) {
+      const std::size_t cell = probe.first_cell + i;
+      std::uint64_t left = wanted[cell];
+      while (left > 0) {
+        if (pixels_ == kMostPixels) {
+          if (time_is_up()) return absl::OkStatus();
+          if (absl::Status s = finish(light, seed); !s.ok()) return s;
+          added = nullptr;
+        }
+        if (added == nullptr) {
+          added = camera_.add_probes();
+          *added = probe.probe;
+          added->mutable_pixels_of_cells()->Resize(static_cast<int>(probe.cells), 0);
+        }
+        const std::uint64_t now = std::min(left, kMostPixels - pixels_);
+        added->set_pixels_of_cells(static_cast<int>(i), static_cast<std::uint32_t>(now));
+        order_.push_back({cell, now});
+        pixels_ += now, left -= now;
+      }
+    }
+  }
+  return finish(light, seed);
+}
+
+absl::Status Round::run(const std::vector<std::uint64_t>& wanted, std::uint64_t& seed) {
+  for (const ReadLight light : {ReadLight::kAll, ReadLight::kStraight}) {
+    if (absl::Status s = run(light, wanted, seed); !s.ok()) return s;
+  }
+  return absl::OkStatus();
+}
+
+/// How many more pixels the cells of a figure need, for each that they have.
+double more_for(const Figure& figure, double error) {
+  const double now = relative_error(figure);
+  if (!(now > error)) return 0;
+  // The variance may be larger than it looks: a tenth more saves another round.
+  return std::clamp(1.1 * (now / error) * (now / error) - 1, 0.25, kMostGrowth - 1);
+}
+
+}  // namespace
+
+double relative_error(const Figure& figure) {
+  if (!(figure.standard_error > 0)) return 0;
+  return student_t_quantile(0.05, std::max(1.0, figure.degrees_of_freedom)) * figure.standard_error /
+         std::abs(figure.value);
+}
+
+bool has_heavy_tail(const PlannedReading& reading, const SampledCells& sampled) {
+  const CellSums* widest = nullptr;
+  double most = 0;
+  for (const CellTerm& term : reading.terms) {
+    const CellSums& cell = sampled.cells[term.cell];
+    const double variance = term.factor * term.factor * cell.variance(term.channel);
+    if (variance > most) most = variance, widest = &cell;
+  }
+  return widest != nullptr && widest->largest_share() > kHeavyShare;
+}
+
+Figure figure_of(const PlannedReading& reading, const SampledCells& sampled) {
+  Figure figure;
+  figure.value = reading.constant;
+  double variance = 0, by_freedom = 0;
+  const auto add_variance = [&](const CellSums& cell, double part) {
+    variance += part;
+    if (cell.pixels() > 1) by_freedom += part * part / static_cast<double>(cell.pixels() - 1);
+    figure.samples += cell.pixels() * sampled.samples_per_pixel;
+  };
+  for (const CellTerm& term : reading.terms) {
+    const CellSums& cell = sampled.cells[term.cell];
+    figure.value += term.factor * cell.mean(term.channel);
+    add_variance(cell, term.factor * term.factor * cell.variance(term.channel));
+  }
+  if (reading.over) {
+    const CellSums& cell = sampled.cells[*reading.over];
+    const double mean = cell.mean(ReadingChannel::kLuminance), square = mean * mean;
+    if (mean == 0) return {};
+    figure.value /= mean;
+    variance /= square, by_freedom /= square * square;
+    add_variance(cell, figure.value * figure.value * cell.variance(ReadingChannel::kLuminance) / square);
+  }
+  figure.standard_error = std::sqrt(variance);
+  // Degrees of freedom of a sum of variances [Satterthwaite 1946].
+  if (by_freedom > 0) figure.degrees_of_freedom = variance * variance / by_freedom;
+  return figure;
+}
+
+absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const SamplingOptions& options,
+                                          const RenderProbes& render) {
+  SampledCells sampled;
+  sampled.cells.resize(plan.cells);
+  const std::uint64_t samples = options.error > 0 ? kFirstPixels * kMostSamplesPerPixel : options.samples;
+  sampled.samples_per_pixel = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(std::bit_floor(samples / kFirstPixels), 1, kMostSamplesPerPixel));
+  const std::uint64_t pixels =
+      std::max(kFirstPixels, (samples + sampled.samples_per_pixel - 1) / sampled.samples_per_pixel);
+  std::vector<std::uint64_t> wanted(plan.cells, pixels);
+  std::uint64_t seed = options.seed;
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (absl::Status s = Round(plan, options, render, sampled).run(wanted, seed); !s.ok()) return s;
+    std::ranges::fill(wanted, 0);
+    double worst = 0;
+    std::uint64_t taken = 0;
+    for (const CellSums& cell : sampled.cells) taken += cell.pixels() * sampled.samples_per_pixel;
+    bool done = true;
+    for (const PlannedMeter& meter : plan.meters) {
+      for (const PlannedReading& reading : meter.readings) {
+        if (!reading.is_judged) continue;
+        const Figure figure = figure_of(reading, sampled);
+        worst = std::max(worst, relative_error(figure));
+        double more = options.error > 0 ? more_for(figure, options.error) : 0;
+        // What rests on one pixel is not sure yet, however small its spread.
+        if (options.error > 0 && more == 0 && has_heavy_tail(reading, sampled)) more = 1;
+        if (more == 0) continue;
+        done = false;
+        const auto ask = [&](std::size_t cell) {
+          const double has = static_cast<double>(sampled.cells[cell].pixels());
+          wanted[cell] = std::max(wanted[cell], static_cast<std::uint64_t>(std::ceil(has * more)));
+        };
+        for (const CellTerm& term : reading.terms) ask(term.cell);
+        if (reading.over) ask(*reading.over);
+      }
+    }
+    if (options.progress) options.progress(worst, taken);
+    if (done) break;
+    if (options.time_is_up && options.time_is_up()) {
+      sampled.stopped = true;
+      break;
+    }
+  }
+  return sampled;
+}
+
+}  // namespace tessera::client

@@ -1,0 +1,207 @@
+// Meters against closed forms: all figures within their own errors, and these small.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "measure_text.h"
+#include "support/picture/p_values.h"
+
+namespace tessera::test {
+namespace {
+
+constexpr double kPi = std::numbers::pi;
+/// Radiometric figures of light whose radiance is told in W/(m^2 sr).
+constexpr double kSmallest =
+    1e-4;  // p-value of a test: about 50 of them fail by chance once in 200 runs of other seeds
+constexpr double kLargestError = 0.004;  // relative standard error of any figure
+
+/// Pixels are floats, and so are tables of lights: sums of some tens of roundings of 6e-8.
+constexpr double kRounding = 3e-6;
+/// Shadow rays end before lights by a margin for rounding, by which places of lights seen from afar are off.
+constexpr double kMargin = 3e-5;
+
+struct Case {
+  const char* name;
+  std::string scene;   // besides scene_with()'s
+  std::string meters;  // in radiometric units
+  std::vector<double> truths;
+  const char* algorithm = "path";
+  std::uint64_t samples = 1 << 15;
+  const char* medium = "";
+  double rounding = kRounding;
+};
+
+void expect_measured(const Case& test) {
+  SCOPED_TRACE(test.name);
+  std::vector<double> logs(test.truths.size(), 0.0);
+  const std::vector<std::uint64_t> seeds = {1, 1001, 2001};
+  for (const std::uint64_t seed : seeds) {
+    const auto measured = measure_text({.scene = scene_with(test.scene, test.medium),
+                                        .meters = test.meters,
+                                        .algorithm = test.algorithm,
+                                        .samples = test.samples,
+                                        .seed = seed});
+    ASSERT_TRUE(measured.ok()) << measured.status();
+    std::size_t k = 0;
+    for (const client::MeasuredMeter& meter : measured->meters) {
+      for (const client::Reading& reading : meter.readings) {
+        ASSERT_LT(k, test.truths.size());
+        const double truth = test.truths[k], value = reading.figure.value,
+                     error = reading.figure.standard_error;
+        SCOPED_TRACE(meter.name + " " + reading.label + ": " + std::to_string(value) + " +- " +
+                     std::to_string(error) + ", not " + std::to_string(truth));
+        EXPECT_LE(error, kLargestError * std::max(std::abs(truth), 1e-3));
+        const int freedom = std::max(1, static_cast<int>(reading.figure.degrees_of_freedom));
+        const double p =
+            interval_p_value(value - truth, test.rounding * std::abs(truth) + 1e-9, error, freedom);
+        logs[k] += std::log(std::max(p, 1e-300));
+        ++k;
+      }
+    }
+    ASSERT_EQ(k, test.truths.size());
+  }
+  // Fisher's sum of logarithms: -2 sum is chi-square with two degrees of freedom a seed.
+  for (std::size_t k = 0; k < logs.size(); ++k) {
+    const double half = -logs[k];
+    double tail = 0, term = 1;
+    for (std::size_t i = 0; i < seeds.size(); ++i) {
+      tail += term;
+      term *= half / static_cast<double>(i + 1);
+    }
+    EXPECT_GT(tail * std::exp(-half), kSmallest) << "figure " << k + 1;
+  }
+}
+
+std::string number(double x) { return std::to_string(x); }
+
+std::string point_meter(const std::string& name, const std::string& position, const std::string& normal,
+                        const std::string& shape = "PLANE", const std::string& more = "") {
+  return "meters { name: '" + name + "' unit: 'W/m2' irradiance { shape: " + shape + " " + more +
+         " receivers { point { position { " + position + " } normal { " + normal + " } } } } } ";
+}
+
+const char* const kPoint = "lights { point { position { z: 2 } intensity { rgb { r: 3 g: 3 b: 3 } } } } ";
+const char* const kSky = "lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } } ";
+
+TEST(Measure, FollowsTheInverseSquareAndTheCosine) {
+  const double oblique = std::cos(kPi / 3);
+  expect_measured({.name = "point",
+                   .scene = kPoint,
+                   .meters = point_meter("below", "", "z: 1") + point_meter("twice as far", "z: -2", "z: 1") +
+                             point_meter("turned by 60 degrees", "", "x: 0.8660254 z: 0.5") +
+                             point_meter("turned away", "", "z: -1") +
+                             point_meter("all around", "", "z: 1", "SPHERE") +
+                             point_meter("cylinder", "", "x: 1", "CYLINDER") +
+                             point_meter("half of a ball", "", "x: 1", "HALF_SPHERE"),
+                   .truths = {3.0 / 4, 3.0 / 16, 3.0 / 4 * oblique, 0, 3.0 / 4, 3.0 / 4 / kPi, 3.0 / 4 / 4}});
+}
+
+TEST(Measure, FindsTheFluxAndIntensityOfAPoint) {
+  expect_measured({.name = "flux",
+                   .scene = kPoint,
+                   .meters = "meters { name: 'flux' unit: 'W' flux { escaping: true } } "
+                             "meters { name: 'intensity' unit: 'W/sr' intensity { gamma_step_degrees: 45 "
+                             "c_step_degrees: 120 } }",
+                   .truths = {12 * kPi, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3, 3},
+                   .rounding = kMargin});
+}
+
+TEST(Measure, ReadsAnEvenSky) {
+  expect_measured({.name = "sky",
+                   .scene = kSky,
+                   .meters = point_meter("plane", "", "x: 1") + point_meter("sphere", "", "z: 1", "SPHERE") +
+                             point_meter("cylinder", "", "z: 1", "CYLINDER") +
+                             point_meter("half cylinder", "", "z: 1", "HALF_CYLINDER", "front { x: 1 }") +
+                             point_meter("half sphere", "", "z: 1", "HALF_SPHERE") +
+                             "meters { name: 'ray' unit: 'W/(m2 sr)' radiance { ray { toward { x: 1 } } } } "
+                             "meters { name: 'spot' unit: 'W/(m2 sr)' radiance { ray { toward { x: 1 } "
+                             "field_degrees: 10 } } }",
+                   .truths = {kPi, 4 * kPi, kPi, kPi, kPi, 1, 1}});
+}
+
+std::string emitting_disk(double radius, double height) {
+  return "shapes { disk { radius: " + number(radius) +
+         " } material: 'black' name: 'lamp' area_light { radiance { rgb { r: 1 g: 1 b: 1 } } } "
+         "world_from_object { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1," +
+         number(height) + ", 0,0,0,1] } } ";
+}
+
+TEST(Measure, ReadsSourcesOfSomeSize) {
+  // A disk of radius r at a distance h: pi L r^2 / (r^2 + h^2); a ball of radius R: pi L (R / d)^2.
+  expect_measured({.name = "disk",
+                   .scene = emitting_disk(1.5, 2),
+                   .meters = point_meter("below", "", "z: 1"),
+                   .truths = {kPi * 2.25 / (2.25 + 4)}});
+  expect_measured({.name = "ball",
+                   .scene =
+                       "shapes { sphere { radius: 0.5 } material: 'black' area_light { radiance { rgb { r: "
+                       "1 g: 1 b: 1 } } } world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,2, "
+                       "0,0,0,1] } }",
+                   .meters = point_meter("below", "", "z: 1") + point_meter("around", "", "z: 1", "SPHERE"),
+                   .truths = {kPi / 16, 2 * kPi * (1 - std::sqrt(1 - 1.0 / 16))}});
+}
+
+TEST(Measure, ReadsWhatLeavesALamp) {
+  // B = pi L; power: area times that, on one side.
+  const std::string lamp = emitting_disk(1.5, 2);
+  expect_measured(
+      {.name = "exitance",
+       .scene = lamp,
+       .meters = "meters { name: 'B' unit: 'W/m2' exitance { receivers { surface { shape: 'lamp' } } } } "
+                 "meters { name: 'back' unit: 'W/m2' exitance { receivers { surface { shape: 'lamp' "
+                 "inside: true } } } } "
+                 "meters { name: 'power' unit: 'W' flux { side: EMITTED receivers { surface { shape: "
+                 "'lamp' } } } } "
+                 "meters { name: 'escaping' unit: 'W' flux { escaping: true } }",
+       .truths = {kPi, 0, kPi * kPi * 2.25, kPi * kPi * 2.25}});
+}
+
+/// A ball whose inside glows with a radiance of 1 and reflects a part of all light.
+std::string glowing_ball(double reflectance) {
+  const std::string rho = number(reflectance);
+  return "materials { name: 'paint' diffuse { reflectance { constant { rgb { r: " + rho + " g: " + rho +
+         " b: " + rho +
+         " } } } } } shapes { sphere { radius: 2 } material: 'paint' name: 'ball' reverse_orientation: true "
+         "area_light { radiance { rgb { r: 1 g: 1 b: 1 } } } }";
+}
+
+TEST(Measure, ReadsAnIntegratingSphere) {
+  // Light of all orders of reflection adds up to pi L / (1 - rho) everywhere [Walsh 1965].
+  for (const double rho : {0.5, 0.9, 0.98}) {
+    const double all = kPi / (1 - rho);
+    expect_measured(
+        {.name = "integrating sphere",
+         .scene = glowing_ball(rho),
+         .meters = point_meter("middle", "", "z: 1") + point_meter("aside", "x: 1", "y: 1") +
+                   "meters { name: 'B' unit: 'W/m2' exitance { receivers { surface { shape: 'ball' "
+                   "} } } }",
+         .truths = {all, all, all}});
+  }
+}
+
+TEST(Measure, FollowsLambertAndBeer) {
+  expect_measured({.name = "fog that absorbs",
+                   .scene = std::string(kPoint) +
+                            "media { name: 'fog' extinction { constant { rgb { r: 0.5 g: 0.5 b: 0.5 } } } "
+                            "albedo { constant { rgb {} } } }",
+                   .meters = point_meter("below", "", "z: 1"),
+                   .truths = {3.0 / 4 * std::exp(-1.0)},
+                   .algorithm = "volpath",
+                   .medium = "fog"});
+}
+
+TEST(Measure, LightTracingReadsTheSame) {
+  expect_measured(
+      {.name = "over a wall",
+       .scene = glowing_ball(0.5),
+       .meters = point_meter("middle", "", "z: 1") + point_meter("around", "x: 0.5", "z: 1", "SPHERE"),
+       .truths = {2 * kPi, 8 * kPi},
+       .algorithm = "light",
+       .samples = 1 << 17});
+}
+
+}  // namespace
+}  // namespace tessera::test

@@ -1,0 +1,27 @@
+// Scenes and meters as texts, measured in this process as `tessera measure` does.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "measure/measured.h"
+
+namespace tessera::test {
+
+struct MeasureRequest {
+  std::string scene, meters;  // v1::Scene and v1::MeterList in protobuf's text form
+  std::string algorithm = "path";
+  bool is_spectral = false;
+  std::uint64_t samples = 1 << 14;  // of each figure
+  double error = 0;                 // as of --error
+  std::uint64_t seed = 1;
+};
+
+absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);
+
+/// A scene of a black disk far away, and `more`: there is something to be hit, and to have bounds. Meters
+/// are in `medium`.
+std::string scene_with(const std::string& more, const std::string& medium = "");
+
+}  // namespace tessera::test

@@ -1,0 +1,79 @@
+// What pixels of a distorted film cover: as much as the derivative of the distortion says.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <ostream>
+#include <string>
+#include <utility>
+
+#include "render/sensor/distortion.h"
+#include "render/sensor/footprint.h"
+#include "render/sensor/sensor.h"
+#include "statistical/sensor/camera_messages.h"
+#include "support/kernel/random_lanes.h"
+
+namespace tessera::render::TESSERA_ISA {
+namespace {
+
+using test::kOpenCv;
+using test::sensor_of;
+
+struct DistortedCamera {
+  const char* name;
+  const char* text;
+};
+void PrintTo(const DistortedCamera& camera, std::ostream* out) { *out << camera.name; }
+
+class DistortedFootprint : public testing::TestWithParam<DistortedCamera> {};
+
+/// Area of a footprint on the plane across the ray.
+Float area_of(const FootprintRecord& record, const SensorRay& ray) {
+  TexturePoint point = TexturePoint::at({Float(0.5f), Float(0.5f)});
+  point.p = fma(ray.direction, Float(5.0f), ray.origin);
+  const Frame across = Frame::from_normal(ray.direction);
+  set_footprint(record, ray.direction, across.x, across.y, point);
+  return length(cross(point.dpdx, point.dpdy));
+}
+
+TEST_P(DistortedFootprint, IsLargerByTheAreaThatAPlaceSees) {
+  const auto sensor = sensor_of(GetParam().text, {640, 320});
+  ASSERT_TRUE(sensor.ok()) << sensor.status();
+  const FootprintRecord distorted = footprint_of(*sensor, 0.5);
+  FootprintRecord plain = distorted;
+  plain.distortion = nullptr;
+  RandomLanes numbers(3);
+  float least = 1, most = 1;
+  for (int i = 0; i < 100; ++i) {
+    const Vec2 raster{numbers(0, 640), numbers(0, 320)};
+    const SensorRay ray = start_ray(*sensor, middle_sample(raster));
+    const Vec2 place{fma(raster.x, Float(sensor->scale_x), Float(sensor->offset_x)),
+                     fma(raster.y, Float(sensor->scale_y), Float(sensor->offset_y))};
+    const Float expected = undistort(*sensor->distortion, place).area,
+                found = area_of(distorted, ray) / area_of(plain, ray);
+    for (int l = 0; l < kWidth; ++l) {
+      if (!(ray.valid.bits() >> l & 1)) continue;
+      least = std::min(least, expected.lane(l)), most = std::max(most, expected.lane(l));
+      // Slopes are those next to the middle of one of 64 x 64 cells, by a quarter of a cell at most, and
+      // linear in between: of an area that grows by a factor of 3 over 32 cells, e^(1.1/32/4) - 1 is 1 %.
+      // Maps are bilinear: areas jump from cell to cell of 40 x 20, which their slopes smooth.
+      EXPECT_NEAR(found.lane(l), expected.lane(l), 0.03f * expected.lane(l))
+          << raster.x.lane(l) << " " << raster.y.lane(l);
+    }
+  }
+  // Else the test would not see a distortion that is left out.
+  EXPECT_GT(std::max(most - 1, 1 - least), 0.035f);
+}
+INSTANTIATE_TEST_SUITE_P(
+    Cameras, DistortedFootprint,
+    testing::Values(
+        DistortedCamera{"OpenCv", kOpenCv},
+        DistortedCamera{"Pincushion", "perspective { fov_degrees: 60 } distortion { opencv { k1: 0.3 } }"},
+        DistortedCamera{"OpenCvFisheye",
+                        "fisheye { fov_degrees: 160 } distortion { opencv_fisheye { k1: 0.1 k2: -0.01 } }"},
+        DistortedCamera{"Map", "orthographic { } distortion { map { image { path: 'map.pfm' } } }"},
+        DistortedCamera{"MapOfFisheye",
+                        "fisheye { fov_degrees: 90 mapping: EQUISOLID } distortion { map { image { } } }"}),
+    [](const auto& tested) { return std::string(tested.param.name); });
+
+}  // namespace
+}  // namespace tessera::render::TESSERA_ISA
