@@ -1,6 +1,6 @@
 // tessera measure SCENE METERS: how much light there is.
+#include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <iostream>
@@ -17,12 +17,14 @@
 #include "command/interrupt.h"
 #include "command/measure/probe_jobs.h"
 #include "command/render_options.h"
-#include "command/report/table.h"
 #include "command/server_option.h"
 #include "command/setting_options.h"
+#include "measure/lamp_file_of.h"
 #include "measure/measure.h"
 #include "measure/report/measured_html.h"
 #include "measure/report/measured_table.h"
+#include "measure/report/plane_maps.h"
+#include "photometry/lamps/lamp_file.h"
 #include "wire/algorithm.h"
 #include "wire/scene_views.h"
 
@@ -34,7 +36,8 @@ using Clock = std::chrono::steady_clock;
 struct MeasureOptions {
   RenderOptions scene;
   std::string meters;
-  std::string output, html;
+  std::string output, html, lamp, maps;
+  bool all_cells = false;
   SamplingOptions sampling;
   std::optional<double> seconds;
   bool on_farm = false;
@@ -95,8 +98,40 @@ class ErrorProgress {
   const double wanted_;
 };
 
+/// The file of an intensity meter, the first one.
+absl::Status write_lamp(const std::string& path, const v1::MeterList& list, const Measured& measured) {
+  for (int i = 0; i < list.meters_size(); ++i) {
+    if (!list.meters(i).has_intensity()) continue;
+    const auto meter = std::ranges::find(measured.meters, list.meters(i).name(), &MeasuredMeter::name);
+    if (meter == measured.meters.end()) continue;
+    const auto luminaire = luminaire_of(list.meters(i), *meter);
+    if (!luminaire.ok()) return luminaire.status();
+    const auto text = absl::EndsWithIgnoreCase(path, ".ldt") ? photometry::write_eulumdat(*luminaire)
+                                                             : photometry::write_ies(*luminaire);
+    return text.ok() ? write_file(path, *text) : text.status();
+  }
+  return absl::InvalidArgumentError("--lamp-file is of an intensity meter with a name, and there is none");
+}
+
+/// Maps of all planes, as pictures and as values.
+absl::Status write_maps(const std::string& folder, const Measured& measured) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  for (std::size_t m = 0; m < measured.meters.size(); ++m) {
+    const MeasuredMeter& meter = measured.meters[m];
+    for (std::size_t p = 0; p < meter.planes.size(); ++p) {
+      for (const char* const extension : {".png", ".exr"}) {
+        const std::string path =
+            (std::filesystem::path(folder) / absl::StrCat(m + 1, "-", p + 1, extension)).string();
+        if (absl::Status s = write_plane_map(measured, meter, meter.planes[p], {}, path); !s.ok()) return s;
+      }
+    }
+  }
+  return absl::OkStatus();
+}
+
 int write_figures(const MeasureOptions& options, const v1::MeterList& list, const Measured& measured) {
-  const std::string text = measured_text(measured);
+  const std::string text = measured_text(measured, {.all_cells = options.all_cells});
   if (options.output.empty()) std::cout << text;
   absl::Status written;
   if (absl::EndsWithIgnoreCase(options.output, ".csv"))
@@ -109,6 +144,8 @@ int write_figures(const MeasureOptions& options, const v1::MeterList& list, cons
     how.y_up = list.up() == v1::MeterList::Y;
     written.Update(write_file(options.html, measured_html(measured, how)));
   }
+  if (!options.lamp.empty()) written.Update(write_lamp(options.lamp, list, measured));
+  if (!options.maps.empty()) written.Update(write_maps(options.maps, measured));
   return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
 }
 
@@ -209,6 +246,12 @@ void add_measure_command(CommandLine& line) {
   command.add("-o,--output", options->output, "the figures: .csv, .json or .txt; else they are printed")
       .type_name("FILE");
   command.add("--html", options->html, "a page with maps, tables and how it was measured").type_name("FILE");
+  command.add("--maps", options->maps, "maps of planes in false colours (.png) and as values (.exr)")
+      .type_name("FOLDER");
+  command.add("--lamp-file", options->lamp, "the intensity meter as IES LM-63 (.ies) or EULUMDAT (.ldt)")
+      .type_name("FILE");
+  command.add_flag("--all-cells", options->all_cells,
+                   "every cell of planes in tables, not their means alone");
   command
       .add("--error", options->sampling.error,
            "goes on until 95 % intervals are within this part of their figures: 0.01")

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "measure_text.h"
+#include "photometry/units/weighting.h"
 #include "support/picture/p_values.h"
 
 namespace tessera::test {
@@ -31,6 +32,8 @@ struct Case {
   const char* algorithm = "path";
   std::uint64_t samples = 1 << 15;
   const char* medium = "";
+  bool is_spectral = false;
+  double cd_per_m2 = 683;
   double rounding = kRounding;
 };
 
@@ -39,9 +42,10 @@ void expect_measured(const Case& test) {
   std::vector<double> logs(test.truths.size(), 0.0);
   const std::vector<std::uint64_t> seeds = {1, 1001, 2001};
   for (const std::uint64_t seed : seeds) {
-    const auto measured = measure_text({.scene = scene_with(test.scene, test.medium),
+    const auto measured = measure_text({.scene = scene_with(test.scene, test.medium, test.cd_per_m2),
                                         .meters = test.meters,
                                         .algorithm = test.algorithm,
+                                        .is_spectral = test.is_spectral,
                                         .samples = test.samples,
                                         .seed = seed});
     ASSERT_TRUE(measured.ok()) << measured.status();
@@ -201,6 +205,54 @@ TEST(Measure, LightTracingReadsTheSame) {
        .truths = {2 * kPi, 8 * kPi},
        .algorithm = "light",
        .samples = 1 << 17});
+}
+
+TEST(Measure, WeighsWavelengths) {
+  // A sky of 1 W/(m^2 sr nm) at all wavelengths, of which 360 to 830 nm count.
+  using photometry::Weighting;
+  const auto of_plane = [](Weighting weighting) {
+    return kPi * photometry::band_weight(weighting, 360, 830);
+  };
+  const auto meter = [](const std::string& unit) {
+    return "meters { name: '" + unit + "' unit: '" + unit +
+           "' irradiance { receivers { point { normal { x: 1 } } } } } ";
+  };
+  expect_measured(
+      {.name = "even spectrum",
+       .scene = "lights { infinite { radiance { sampled { wavelengths_nm: [300, 900] values: [1, 1] } } "
+                "} } ",
+       .meters = meter("lx") + meter("W/m2") + meter("scotopic lx") + meter("melanopic lx"),
+       .truths = {of_plane(Weighting::kPhotopic), of_plane(Weighting::kRadiometric),
+                  of_plane(Weighting::kScotopic), of_plane(Weighting::kMelanopic)},
+       .is_spectral = true,
+       // Observers are tables a nanometre apart, and bands are ten of them wide.
+       .rounding = 1e-3});
+}
+
+TEST(Measure, BalancesEnergy) {
+  // What a lamp over a floor emits is absorbed by floor and lamp, or escapes.
+  const std::string scene =
+      std::string(kPoint) + kSky + emitting_disk(0.5, 1) +
+      "materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.7 g: 0.7 b: "
+      "0.7 } } } } } shapes { disk { radius: 2 } material: 'paint' name: 'floor' } ";
+  double chi_square = 0;
+  const std::vector<std::uint64_t> seeds = {1, 1001, 2001, 3001};
+  for (const std::uint64_t seed : seeds) {
+    const auto measured = measure_text({.scene = scene_with(scene),
+                                        .meters = "meters { name: 'all' unit: 'W' energy_balance {} }",
+                                        .samples = 1 << 15,
+                                        .seed = seed});
+    ASSERT_TRUE(measured.ok()) << measured.status();
+    const std::vector<client::Reading>& readings = measured->meters.front().readings;
+    ASSERT_EQ(readings.size(), 6u);  // emitted, three shapes, escaped, residual
+    const client::Figure &emitted = readings.front().figure, &residual = readings.back().figure;
+    EXPECT_GT(emitted.value, 12 * kPi + kPi * kPi / 4);
+    EXPECT_LT(residual.standard_error, 0.01 * emitted.value);
+    const double z = residual.value / residual.standard_error;
+    chi_square += z * z;
+  }
+  // Four squares of standard normal variables exceed 23.5 once in 10,000 times.
+  EXPECT_LT(chi_square, 23.5);
 }
 
 }  // namespace

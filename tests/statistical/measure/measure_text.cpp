@@ -53,14 +53,14 @@ absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request) {
   return run->measured;
 }
 
-std::string scene_with(const std::string& more, const std::string& medium) {
+std::string scene_with(const std::string& more, const std::string& medium, double cd_per_m2) {
   return "camera { medium: '" + medium + R"(' orthographic {} } film { width: 1 height: 1 }
       materials { name: 'black' diffuse { reflectance { constant { rgb {} } } } }
       materials { name: 'white' diffuse { reflectance { constant { rgb { r: 1 g: 1 b: 1 } } } } }
       shapes { disk { radius: 0.001 } material: 'black' name: 'far'
                world_from_object { elements: [1,0,0,0, 0,1,0,0, 0,0,1,-40, 0,0,0,1] } }
-      units { metres: 1 cd_per_m2: 683 } )" +
-         more;
+      units { metres: 1 cd_per_m2: )" +
+         std::to_string(cd_per_m2) + " } " + more;
 }
 
 }  // namespace tessera::test

@@ -22,6 +22,6 @@ absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);
 
 /// A scene of a black disk far away, and `more`: there is something to be hit, and to have bounds. Meters
 /// are in `medium`.
-std::string scene_with(const std::string& more, const std::string& medium = "");
+std::string scene_with(const std::string& more, const std::string& medium = "", double cd_per_m2 = 683);
 
 }  // namespace tessera::test

@@ -1,0 +1,102 @@
+// `tessera measure` as users have it: the same figures here and on a farm, exit codes, and messages.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <string>
+
+#include "integration/farm_under_test.h"
+
+namespace tessera::integration {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+constexpr const char* kScene = "scenes/first-light/scene.textproto";
+constexpr const char* kMeters = R"(
+    meters { name: "table" irradiance { receivers { plane {
+      corner { x: -1 y: 0.3 z: -1 } edge_u { z: 2 } edge_v { x: 2 } columns: 3 rows: 2 } } } }
+    meters { name: "eye" unit: "cd/m2" radiance { ray { from { y: 0.5 z: -4 } toward { y: 0.5 } field_degrees: 1 } } }
+    up: Y)";
+
+class Measure : public testing::Test {
+ protected:
+  std::string write(const std::string& name, const std::string& text) const {
+    const fs::path file = folder_.path() / name;
+    std::ofstream{file} << text;
+    return file.string();
+  }
+  std::string path(const char* name) const { return (folder_.path() / name).string(); }
+  std::string read(const char* name) const {
+    std::ifstream file(path(name));
+    return {std::istreambuf_iterator<char>(file), {}};
+  }
+  support::Finished measure(const std::string& meters, const Arguments& more = {}) const {
+    return tessera(Arguments{"measure", kScene, write("meters.textproto", meters), "--quiet"} + more);
+  }
+
+  const support::TempDir folder_;
+};
+
+TEST_F(Measure, AFarmFindsTheSameFiguresAlsoWhenAWorkerDies) {
+  const Arguments how{"--error", "0.05", "--seed", "3"};
+  const support::Finished here = measure(kMeters, how + Arguments{"--threads", "3", "-o", path("here.csv")});
+  ASSERT_EQ(here.status.code, 0) << here.err;
+  FarmUnderTest farm;
+  farm.add_worker(1);
+  farm.add_worker(1);
+  Arguments arguments = farm.on_farm(
+      Arguments{"measure", kScene, path("meters.textproto"), "--farm", "--quiet", "-o", path("farm.csv")} +
+      how);
+  arguments.insert(arguments.begin(), tessera_program());
+  support::Process client{arguments};
+  farm.kill_worker(0);
+  ASSERT_EQ(client.wait(kPatience).value().code, 0) << client.err();
+  EXPECT_THAT(read("here.csv"), HasSubstr("table,illuminance,lx,1 1,"));
+  EXPECT_EQ(read("farm.csv"), read("here.csv"));
+}
+
+TEST_F(Measure, TellsWhatIsWrongWithMetersAndWhere) {
+  const auto refused = [&](const std::string& meters, const std::string& message,
+                           const Arguments& more = {}) {
+    const support::Finished done = measure(meters, more);
+    EXPECT_EQ(done.status.code, 2) << done.out;
+    EXPECT_THAT(done.err, HasSubstr(message));
+  };
+  refused("meters { irradiance { } }\nmeters {\n  name: \"b\" flux { receivers { point {} } } }",
+          "meters.textproto:1: meter 1: it has no receivers");
+  refused("\nmeters { name: \"b\" flux { receivers { point {} } } }", "meters.textproto:2: meter 2 (b): ");
+  refused("meters { iradiance {} }", "meters.textproto:1:10: ");
+  refused("meters { unit: \"luxx\" irradiance { receivers { point {} } } }", "lux");
+  refused("meters { irradiance { receivers { surface { shape: \"sofa\" } } } }", "there is no shape 'sofa'");
+  refused(kMeters, "is biased: the error", {"--integrator", "whitted"});
+  refused(kMeters, "is consistent: the error", {"--integrator", "vcm"});
+  refused(
+      "meters { irradiance { receivers { plane { edge_u { x: 1 } edge_v { y: 1 } columns: 4000000000 rows: "
+      "100000 } } } }",
+      "GB");
+}
+
+TEST_F(Measure, EndsWithWhatItHasWhenTheTimeIsUp) {
+  const support::Finished done =
+      measure(kMeters, {"--error", "0.00001", "--time", "0", "-o", path("figures.csv")});
+  EXPECT_EQ(done.status.code, 6);
+  EXPECT_THAT(done.err, HasSubstr("the time is up"));
+  EXPECT_THAT(read("figures.csv"), HasSubstr("table,illuminance,lx"));
+}
+
+TEST_F(Measure, WritesPagesMapsAndTables) {
+  const support::Finished done = measure(kMeters, {"--samples", "64", "-o", path("figures.json"), "--html",
+                                                   path("figures.html"), "--maps", path("maps")});
+  ASSERT_EQ(done.status.code, 0) << done.err;
+  EXPECT_THAT(read("figures.json"), HasSubstr("\"standard_error\""));
+  EXPECT_THAT(read("figures.html"), HasSubstr("</html>"));
+  EXPECT_TRUE(fs::exists(path("maps/1-1.png")));
+  EXPECT_TRUE(fs::exists(path("maps/1-1.exr")));
+}
+
+}  // namespace
+}  // namespace tessera::integration
