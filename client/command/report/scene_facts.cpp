@@ -77,6 +77,7 @@ void add_scene_facts(const v1::Scene& scene, const v1::Camera& camera, const v1:
   add_item_names(scene, spec, image);
   add_camera_facts(camera, image);
   add_exposure_facts(scene.film(), spec.view().exposure(), camera, image);
+  add_luminance_facts(scene, spec.view().exposure(), camera, image);
 }
 
 }  // namespace tessera::client

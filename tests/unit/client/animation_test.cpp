@@ -168,6 +168,20 @@ TEST(CameraFacts, LensesHaveOpenExrsNames) {
   EXPECT_EQ(std::get<std::string>(image.metadata.at("lensModel")), "singlet");
 }
 
+TEST(CameraFacts, PixelsOfOneHaveTheLuminanceThatTheSceneSays) {
+  const v1::Scene scene =
+      scene_of("camera { perspective {} } film { exposure: 4 } units { cd_per_m2: 72983 }");
+  Image image;
+  add_luminance_facts(scene, "", scene.camera(), image);
+  EXPECT_FLOAT_EQ(std::get<float>(image.metadata.at("whiteLuminance")), 72983 / 4.f);
+  Image brighter;
+  add_luminance_facts(scene, "+1", scene.camera(), brighter);
+  EXPECT_FLOAT_EQ(std::get<float>(brighter.metadata.at("whiteLuminance")), 72983 / 8.f);
+  Image unsaid;
+  add_luminance_facts(scene_of("camera { perspective {} }"), "", scene.camera(), unsaid);
+  EXPECT_TRUE(unsaid.metadata.empty());
+}
+
 TEST(CameraFacts, PhotographersSettingsHaveOpenExrsNames) {
   const v1::Scene scene = scene_of(
       "camera { pinhole { hole_mm: 0.5 film_distance_mm: 100 film_gauge: '4x5' } }"
