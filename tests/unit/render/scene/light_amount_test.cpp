@@ -16,7 +16,7 @@
 #include "render/scene/light/light_builder.h"
 #include "render/scene/light/photometric_map.h"
 #include "render/scene/spectral/spectral_builder.h"
-#include "unit/photometry/sample_lamps.h"
+#include "unit/lib/photometry/sample_lamps.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {
