@@ -2,6 +2,7 @@
 // path tracing, where light goes straight, and where it is diffracted in RGB and by wavelength.
 #include <gtest/gtest.h>
 
+#include <cstdint>
 #include <string>
 
 #include "absl/strings/str_cat.h"
