@@ -70,7 +70,8 @@ void put(Message& message, const FieldDescriptor* field, int index, std::size_t 
                 : reflection->SetRepeatedDouble(&message, field, index, real);
       break;
     case FieldDescriptor::CPPTYPE_UINT32:
-      reflection->SetUInt32(&message, field, static_cast<std::uint32_t>(whole));
+      index < 0 ? reflection->SetUInt32(&message, field, static_cast<std::uint32_t>(whole))
+                : reflection->SetRepeatedUInt32(&message, field, index, static_cast<std::uint32_t>(whole));
       break;
     case FieldDescriptor::CPPTYPE_UINT64:
       reflection->SetUInt64(&message, field, whole);

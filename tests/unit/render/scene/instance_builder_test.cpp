@@ -173,8 +173,9 @@ TEST_F(InstanceBuilderTest, HalfSpacesOfObjectsWithinObjectsAreBounded) {
   for (int i = 1; i <= 40; ++i)
     absl::StrAppend(&levels, "objects { name: 'o", i, "' instances { object: 'o", i - 1,
                     "' } instances { object: 'o", i - 1, "' } } ");
-  EXPECT_THAT(std::string(build(levels + "instances { object: 'o40' }").message()),
-              HasSubstr("half-spaces of objects stand in the world one by one, here 1099511627776"));
+  EXPECT_THAT(
+      std::string(build(levels + "instances { object: 'o40' }").message()),
+      HasSubstr("half-spaces and lights of objects stand in the world one by one, here 1099511627776"));
 }
 
 TEST_F(InstanceBuilderTest, ObjectsWithinObjectsThatShareThemAreKeptAsLevels) {

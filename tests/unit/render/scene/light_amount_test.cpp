@@ -279,12 +279,12 @@ TEST_F(LightAmountTest, SpectraHaveTheLuminanceOfTheJob) {
   const double by_lumens = added("{ value: 683 unit: 'lm' }"), by_watts = added("{ value: 1 unit: 'W' }");
   // V is above 0.9949 there; the curve has a sample a nanometre.
   EXPECT_NEAR(by_watts / by_lumens, 1, 0.005);
-  // Daylight has 203 lm/W within 360 and 830 nm.
+  // Daylight has 204 lm/W of what lies within 380 and 780 nm, and a tenth more watts within 360 and 830.
   const std::string white = absl::StrCat("point { ", kWhite, "} amount ");
   EXPECT_EQ(add(white + "{ value: 1 unit: 'lm' }"), absl::OkStatus());
   const double lumen = table_.lights.back().radiance[1];
   EXPECT_EQ(add(white + "{ value: 1 unit: 'W' }"), absl::OkStatus());
-  EXPECT_NEAR(table_.lights.back().radiance[1] / lumen, 203, 1);
+  EXPECT_NEAR(table_.lights.back().radiance[1] / lumen, 185, 1.5);
   EXPECT_NEAR(lumen, 1 / (683 * 4 * kPi), 1e-7);
 }
 
@@ -336,11 +336,15 @@ TEST(PhotometricMap, IsAsFineAsTheFile) {
     std::vector<std::string> notes;
     const auto lamp = *photometry::read_ies(text, {.name = "lamp"}, notes);
     const PhotometricMap map = build_photometric_map(lamp);
-    double mean = 0, worst = 0;
+    double worst = 0;
     const double peak = std::ranges::max(lamp.values) * lamp.candelas_per_value();
-    for (std::size_t i = 0; i < map.image.texels32.size(); i += 4) mean += map.image.texels32[i];
-    mean /= static_cast<double>(map.image.texels32.size()) / 4;
-    EXPECT_NEAR(mean, 1, 1e-5);
+    // The map's whole light is that of the file. A spiral of 20,000 directions errs by some of their areas
+    // where a beam has edges.
+    double mean = 0;
+    const std::vector<Imath::V3d> all = directions(20000);
+    for (const Imath::V3d& w : all)
+      mean += candelas_of_map(map, w.x, w.y, w.z) / static_cast<double>(all.size());
+    EXPECT_NEAR(mean / map.mean_candelas, 1, 2e-3);
     EXPECT_NEAR(4 * kPi * map.mean_candelas / photometry::flux(lamp), 1, 1e-12);
     // Where neighbours three degrees away lie on a line with it, there is no edge.
     int smooth = 0;
