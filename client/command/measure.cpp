@@ -74,7 +74,7 @@ absl::Status write_file(const std::string& path, const std::string& text) {
   return absl::UnavailableError(absl::StrCat(path, " cannot be written"));
 }
 
-absl::Status check_output(const std::string& path) {
+absl::Status check_figures_file(const std::string& path) {
   for (const char* const extension : {".csv", ".json", ".txt"})
     if (absl::EndsWithIgnoreCase(path, extension)) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("'", path, "': figures are written as .csv, .json or .txt"));
@@ -214,7 +214,7 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
 
 int run(const MeasureOptions& options, Interrupt& interrupt) {
   if (!options.output.empty()) {
-    if (absl::Status s = check_output(options.output); !s.ok())
+    if (absl::Status s = check_figures_file(options.output); !s.ok())
       return report(kUsage, std::string{s.message()});
   }
   const auto file = read_meter_file(options.meters);
