@@ -11,6 +11,7 @@
 #include "command/jobs/job_settings.h"
 #include "command/report/camera_facts.h"
 #include "command/report/file_facts.h"
+#include "command/report/scene_facts.h"
 
 namespace tessera::client::animations {
 namespace {
@@ -192,6 +193,11 @@ TEST(CameraFacts, PhotographersSettingsHaveOpenExrsNames) {
   Image plain;
   add_exposure_facts(v1::Film(), "", scene.camera(), plain);
   EXPECT_TRUE(plain.metadata.empty());
+  Image by_units;
+  v1::Scene units =
+      scene_of("camera { perspective { fov_degrees: 50 } } units { cd_per_m2: 100 } film { exposure: 4 }");
+  add_scene_facts(units, units.camera(), v1::JobSpec(), by_units);
+  EXPECT_EQ(std::get<float>(by_units.metadata.at("whiteLuminance")), 25);
   Image by_words;
   add_exposure_facts(v1::Film(), "t/4 1/50s", scene.camera(), by_words);
   EXPECT_EQ(std::get<float>(by_words.metadata.at("tStop")), 4);
