@@ -133,6 +133,16 @@ void add_exposure_facts(const v1::Film& film, const std::string& words, const v1
   add("whiteLuminance", (asked.cd_per_m2() > 0 ? asked.cd_per_m2() : 1) / *scale);
 }
 
+void add_luminance_facts(const v1::Scene& scene, const std::string& words, const v1::Camera& camera,
+                         Image& image) {
+  const double cd_per_m2 = scene.units().cd_per_m2();
+  if (!(cd_per_m2 > 0) || wire::is_irradiance(camera)) return;
+  const auto exposure = wire::film_exposure(scene.film(), words);
+  if (!exposure.ok()) return;
+  const auto scale = wire::exposure_scale(*exposure, camera);
+  if (scale.ok() && *scale > 0) image.metadata["whiteLuminance"] = static_cast<float>(cd_per_m2 / *scale);
+}
+
 void add_camera_facts(const v1::Camera& camera, Image& image) {
   if (camera.has_lens()) add_lens_facts(camera.lens(), image);
   if (!camera.view_name().empty()) image.metadata["view"] = camera.view_name();

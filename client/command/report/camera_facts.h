@@ -21,4 +21,9 @@ void add_camera_facts(const v1::Camera& camera, Image& image);
 void add_exposure_facts(const v1::Film& film, const std::string& words, const v1::Camera& camera,
                         Image& image);
 
+/// Adds "whiteLuminance" where the scene says what luminance a radiance of 1 has, which goes before what the
+/// film's exposure says of that.
+void add_luminance_facts(const v1::Scene& scene, const std::string& words, const v1::Camera& camera,
+                         Image& image);
+
 }  // namespace tessera::client

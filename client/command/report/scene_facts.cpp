@@ -7,7 +7,6 @@
 #include "command/report/camera_facts.h"
 #include "command/report/item_names.h"
 #include "wire/aov_channels.h"
-#include "wire/exposure.h"
 
 namespace tessera::client {
 namespace {
@@ -33,19 +32,6 @@ std::string object_of_instance(const v1::Scene& scene, std::int64_t number) {
     left -= run.count();
   }
   return "";
-}
-
-/// The luminance of pixels of 1, where the scene says that of radiances and no photographic exposure has said
-/// it.
-void add_unit_facts(const v1::Scene& scene, const v1::Camera& camera, const v1::JobSpec& spec, Image& image) {
-  if (!(scene.units().cd_per_m2() > 0) || image.metadata.contains("whiteLuminance") ||
-      wire::is_irradiance(camera))
-    return;
-  const auto exposure = wire::film_exposure(scene.film(), spec.view().exposure());
-  if (!exposure.ok()) return;
-  const auto scale = wire::exposure_scale(*exposure, camera);
-  if (scale.ok() && *scale > 0)
-    image.metadata["whiteLuminance"] = static_cast<float>(scene.units().cd_per_m2() / *scale);
 }
 
 std::string name_or(const std::string& name, const char* kind, std::int64_t number) {
@@ -91,7 +77,7 @@ void add_scene_facts(const v1::Scene& scene, const v1::Camera& camera, const v1:
   add_item_names(scene, spec, image);
   add_camera_facts(camera, image);
   add_exposure_facts(scene.film(), spec.view().exposure(), camera, image);
-  add_unit_facts(scene, camera, spec, image);
+  add_luminance_facts(scene, spec.view().exposure(), camera, image);
 }
 
 }  // namespace tessera::client

@@ -11,7 +11,7 @@
 
 namespace tessera::client {
 
-/// Adds facts of the camera, which is one of the scene's, of the film's exposure and of units; and the names of what
+/// Adds facts of the camera, which is one of the scene's, and of the film's exposure; and the names of what
 /// numbers in the image stand for.
 void add_scene_facts(const v1::Scene& scene, const v1::Camera& camera, const v1::JobSpec& spec, Image& image);
 

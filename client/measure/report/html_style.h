@@ -26,17 +26,20 @@ figure { margin: 0 0 12px; }
 figcaption { color: var(--soft); font-size: 13px; }
 svg { display: block; max-width: 100%; height: auto; font-family: system-ui, sans-serif; }
 .map svg { width: 100%; max-width: 860px; }
-.diagrams { display: grid; grid-template-columns: repeat(auto-fit, minmax(min(300px, 100%), 1fr)); gap: 8px 20px; }
+.diagrams { display: grid; gap: 8px 20px;
+  grid-template-columns: repeat(auto-fit, minmax(min(300px, 100%), 1fr)); }
 .wide { overflow-x: auto; }
 table { border-collapse: collapse; width: 100%; font-size: 14px; font-variant-numeric: tabular-nums; }
-th, td { text-align: left; padding: 4px 12px 4px 0; border-bottom: 1px solid var(--line); vertical-align: top; }
+th, td { text-align: left; padding: 4px 12px 4px 0; border-bottom: 1px solid var(--line);
+  vertical-align: top; }
 th { color: var(--soft); font-weight: 600; font-size: 12.5px; }
 .number { text-align: right; white-space: nowrap; }
 summary { cursor: pointer; margin: 10px 0; }
 .fill-ink { fill: var(--ink); } .fill-soft { fill: var(--soft); } .fill-data { fill: var(--data); }
 .fill-grid { fill: var(--line); } .fill-ground { fill: var(--ground); }
-.stroke-ink { stroke: var(--ink); } .stroke-soft { stroke: var(--soft); } .stroke-data { stroke: var(--data); }
-.stroke-grid { stroke: var(--line); } .stroke-ground { stroke: var(--ground); }
+.stroke-ink { stroke: var(--ink); } .stroke-soft { stroke: var(--soft); }
+.stroke-data { stroke: var(--data); } .stroke-grid { stroke: var(--line); }
+.stroke-ground { stroke: var(--ground); }
 @media print {
   body { max-width: none; padding: 0; font-size: 11pt; }
   section.plane, figure, tr { break-inside: avoid; }

@@ -212,7 +212,9 @@ absl::StatusOr<ShownPicture::MeasuredLight> ShownPicture::measure(std::uint32_t 
   LightMeter meter(around, *channels);
   const absl::Status done = read_again(around, [&](const wire::TileResult& tile) { meter.add(tile); });
   if (!done.ok()) return done;
-  MeasuredLight light{.has_variance = channels->deviations.has_value(), .shares = pixels_share(shape_->spec)};
+  MeasuredLight light;
+  light.has_variance = channels->deviations.has_value();
+  light.shares = pixels_share(shape_->spec);
   const std::array<double, 3> weights = units().weights;
   light.pixel = meter.read({film_x, film_y, film_x + 1, film_y + 1}, weights, light.shares);
   light.block = meter.read(around, weights, light.shares);

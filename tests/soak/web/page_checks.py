@@ -161,7 +161,7 @@ async def click(browser, share_x=0.5, share_y=0.5):
 
 async def meter(farm, browser):
     """A click tells a pixel's luminance, with its error where the job has the variance; false colours have a legend."""
-    line = "[...document.querySelectorAll('#meter tr')].find((row) => row.textContent.includes('luminance'))"
+    line = "[...document.querySelectorAll('#meter:not([hidden]) tr')].find((row) => row.textContent.includes('luminance'))"
     for aovs in ((), ("--aov", "variance")):
         options = ("--spp", "16", "--resolution", "64x48", "--reconstruction", "sample", *aovs)
         job = farm.submit("scenes/cornell-box/scene.pbrt", *options)
@@ -171,7 +171,7 @@ async def meter(farm, browser):
         await click(browser)
         await browser.until(f"{line} !== undefined")
         pixel, block = await browser.evaluate(f"[...{line}.children].slice(1).map((cell) => cell.textContent)")
-        note = await browser.evaluate("document.querySelector('#meter p').textContent")
+        note = await browser.evaluate("document.querySelector('#meter:not([hidden]) p').textContent")
         check(("\u00b1" in pixel) == bool(aovs) and ("\u00b1" in block) == bool(aovs), f"the meter says {pixel}, {block}")
         check(("--aov variance" in note) == (not aovs), note)
         # The page has the colours as 16-bit floats, of 11 bits, and the meter tells four digits, or to half of the

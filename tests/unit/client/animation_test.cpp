@@ -11,7 +11,6 @@
 #include "command/jobs/job_settings.h"
 #include "command/report/camera_facts.h"
 #include "command/report/file_facts.h"
-#include "command/report/scene_facts.h"
 
 namespace tessera::client::animations {
 namespace {
@@ -169,6 +168,20 @@ TEST(CameraFacts, LensesHaveOpenExrsNames) {
   EXPECT_EQ(std::get<std::string>(image.metadata.at("lensModel")), "singlet");
 }
 
+TEST(CameraFacts, PixelsOfOneHaveTheLuminanceThatTheSceneSays) {
+  const v1::Scene scene =
+      scene_of("camera { perspective {} } film { exposure: 4 } units { cd_per_m2: 72983 }");
+  Image image;
+  add_luminance_facts(scene, "", scene.camera(), image);
+  EXPECT_FLOAT_EQ(std::get<float>(image.metadata.at("whiteLuminance")), 72983 / 4.f);
+  Image brighter;
+  add_luminance_facts(scene, "+1", scene.camera(), brighter);
+  EXPECT_FLOAT_EQ(std::get<float>(brighter.metadata.at("whiteLuminance")), 72983 / 8.f);
+  Image unsaid;
+  add_luminance_facts(scene_of("camera { perspective {} }"), "", scene.camera(), unsaid);
+  EXPECT_TRUE(unsaid.metadata.empty());
+}
+
 TEST(CameraFacts, PhotographersSettingsHaveOpenExrsNames) {
   const v1::Scene scene = scene_of(
       "camera { pinhole { hole_mm: 0.5 film_distance_mm: 100 film_gauge: '4x5' } }"
@@ -193,11 +206,6 @@ TEST(CameraFacts, PhotographersSettingsHaveOpenExrsNames) {
   Image plain;
   add_exposure_facts(v1::Film(), "", scene.camera(), plain);
   EXPECT_TRUE(plain.metadata.empty());
-  Image by_units;
-  v1::Scene units =
-      scene_of("camera { perspective { fov_degrees: 50 } } units { cd_per_m2: 100 } film { exposure: 4 }");
-  add_scene_facts(units, units.camera(), v1::JobSpec(), by_units);
-  EXPECT_EQ(std::get<float>(by_units.metadata.at("whiteLuminance")), 25);
   Image by_words;
   add_exposure_facts(v1::Film(), "t/4 1/50s", scene.camera(), by_words);
   EXPECT_EQ(std::get<float>(by_words.metadata.at("tStop")), 4);

@@ -3,11 +3,13 @@
 "use strict";
 
 /// Colours at even places (client/plot/color_map.cpp).
-const kCividisKnots = [0, 34, 78, 0, 40, 91, 0, 46, 106, 4, 51, 113, 26, 56, 111, 39, 62, 110, 50, 67, 109, 59, 73, 108,
-  67, 78, 108, 75, 84, 108, 82, 89, 109, 90, 95, 110, 97, 101, 111, 104, 106, 113, 111, 112, 115, 117, 118, 118,
-  124, 123, 120, 132, 129, 121, 139, 135, 120, 147, 141, 120, 155, 147, 118, 163, 154, 117, 171, 160, 114,
-  179, 166, 112, 187, 173, 108, 195, 180, 105, 204, 186, 100, 212, 193, 95, 221, 201, 88, 230, 208, 81, 239, 215, 72,
-  248, 223, 60, 254, 232, 56];
+const kCividisKnots = [
+  0, 34, 78, 0, 40, 91, 0, 46, 106, 4, 51, 113, 26, 56, 111, 39, 62, 110, 50, 67, 109, 59, 73, 108, 67,
+  78, 108, 75, 84, 108, 82, 89, 109, 90, 95, 110, 97, 101, 111, 104, 106, 113, 111, 112, 115, 117, 118,
+  118, 124, 123, 120, 132, 129, 121, 139, 135, 120, 147, 141, 120, 155, 147, 118, 163, 154, 117, 171,
+  160, 114, 179, 166, 112, 187, 173, 108, 195, 180, 105, 204, 186, 100, 212, 193, 95, 221, 201, 88, 230,
+  208, 81, 239, 215, 72, 248, 223, 60, 254, 232, 56,
+];
 const kMostDecades = 6;
 
 /// Bytes of 256 colours.
@@ -41,7 +43,12 @@ function roundEnd(value, up) {
 const kUsualWeights = [0.2126, 0.7152, 0.0722];
 const tellsLuminance = (units) => units.weights.some((weight) => weight !== 0);
 const weightsOf = (units) => tellsLuminance(units) ? units.weights : kUsualWeights;
-const unitOf = (units) => units.cd_per_m2 ? "cd/m\u00b2" : tellsLuminance(units) ? "Y of the pixels" : "R, G, B weighted";
+function unitOf(units) {
+  if (units.cd_per_m2) return "cd/m\u00b2";
+  return tellsLuminance(units) ? "Y of the pixels" : "R, G, B weighted";
+}
+const lightOf = (data, at, weights) =>
+  weights[0] * kHalves[data[at]] + weights[1] * kHalves[data[at + 1]] + weights[2] * kHalves[data[at + 2]];
 
 /// A scale of luminances: `low` to `high`, in the numbers of pixels times their weights.
 class LightScale {
@@ -78,14 +85,16 @@ class LightScale {
 function lightScale(data, weights, factor, log, exposure) {
   const values = [];
   for (let at = 0; at < data.length; at += 4) {
-    const light = weights[0] * kHalves[data[at]] + weights[1] * kHalves[data[at + 1]] + weights[2] * kHalves[data[at + 2]];
+    const light = lightOf(data, at, weights);
     if (data[at + 3] && light > 0 && light < Infinity) values.push(light);
   }
   values.sort((a, b) => a - b);
   if (!values.length) return new LightScale(log, log ? 0.001 : 0, 1);
-  const high = roundEnd(values[Math.floor(0.999 * (values.length - 1))] * factor, true) * 2 ** -exposure / factor;
+  const end = (share, up) =>
+    roundEnd(values[Math.floor(share * (values.length - 1))] * factor, up) * 2 ** -exposure / factor;
+  const high = end(0.999, true);
   if (!log) return new LightScale(false, 0, high);
-  const least = roundEnd(values[Math.floor(0.01 * (values.length - 1))] * factor, false) * 2 ** -exposure / factor;
+  const least = end(0.01, false);
   return new LightScale(true, Math.max(Math.min(least, high / 10), high * 10 ** -kMostDecades), high);
 }
 
@@ -107,8 +116,8 @@ class Legend {
 
   bar(scale, factor) {
     const height = 180, image = drawing("svg", { viewBox: "0 0 86 " + (height + 14), role: "img" });
-    const label = "From " + digits(scale.low * factor) + " to " + digits(scale.high * factor);
-    image.append(drawing("title", {}, label));
+    const range = "From " + digits(scale.low * factor) + " to " + digits(scale.high * factor);
+    image.append(drawing("title", {}, range));
     for (let i = 0; i < height; ++i) {
       const color = 3 * Math.round(255 * (1 - (i + 0.5) / height));
       const fill = "rgb(" + kCividis[color] + " " + kCividis[color + 1] + " " + kCividis[color + 2] + ")";
@@ -116,8 +125,9 @@ class Legend {
     }
     for (const value of scale.ticks(factor)) {
       const y = 7 + height * (1 - scale.place(value / factor));
+      const label = value.toLocaleString("en", { maximumSignificantDigits: 6 });
       image.append(drawing("path", { d: "M14 " + y.toFixed(1) + "h4", class: "axis" }),
-        drawing("text", { x: 21, y: (y + 4).toFixed(1) }, Number(value.toPrecision(6)).toLocaleString("en", { maximumSignificantDigits: 6 })));
+        drawing("text", { x: 21, y: (y + 4).toFixed(1) }, label));
     }
     return image;
   }

@@ -168,10 +168,9 @@ class FrameSource {
 
   /// Luminance in the colours of a map.
   paintLight(data, { scale, weights }, out) {
-    const [r, g, b] = weights;
     for (let at = 0; at < data.length; at += 4) {
       if (data[at + 3] === 0) continue;
-      const place = scale.place(r * kHalves[data[at]] + g * kHalves[data[at + 1]] + b * kHalves[data[at + 2]]);
+      const place = scale.place(lightOf(data, at, weights));
       const color = 3 * Math.max(0, Math.min(255, Math.round(255 * place)));
       for (let band = 0; band < 3; ++band) out[at + band] = kCividis[color + band];
       out[at + 3] = 255;

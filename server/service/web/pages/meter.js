@@ -12,7 +12,8 @@ function withError(value, error) {
   if (size >= 1e7 || size < 1e-4) {
     const power = Math.floor(Math.log10(size)), unit = 10 ** power;
     const decimals = Math.min(15, Math.max(0, power - place));
-    return "(" + (value / unit).toFixed(decimals) + " \u00b1 " + (error / unit).toFixed(decimals) + ")e" + power;
+    const told = [value, error].map((number) => (number / unit).toFixed(decimals));
+    return "(" + told.join(" \u00b1 ") + ")e" + power;
   }
   if (place > 0) {
     const unit = 10 ** place;
@@ -46,7 +47,8 @@ class MeterPanel {
     const add = (name, text) => {
       const line = element("tr");
       line.append(element("td", name));
-      for (const reading of [pixel, block]) line.append(element("td", reading.samples ? text(reading) : "not yet"));
+      for (const reading of [pixel, block])
+        line.append(element("td", reading.samples ? text(reading) : "not yet"));
       table.append(line);
     };
     const scaled = (factor) => (reading) =>
@@ -62,10 +64,13 @@ class MeterPanel {
 
   notes({ pixel, variance, shares, more, units }) {
     const notes = [];
-    if (!variance) notes.push("Its error is not known: that takes --aov variance.");
-    else if (pixel.samples && pixel.error === undefined) notes.push("Its error is not known: of one sample there is none.");
-    else notes.push("\u00b1 is the standard error, as if samples were independent" +
-      (shares ? "; the mean's is at most that, for pixels share samples." : "."));
+    if (!variance)
+      notes.push("Its error is not known: that takes --aov variance.");
+    else if (pixel.samples && pixel.error === undefined)
+      notes.push("Its error is not known: of one sample there is none.");
+    else
+      notes.push("\u00b1 is the standard error, as if samples were independent" +
+        (shares ? "; the mean's is at most that, for pixels share samples." : "."));
     if (units.about) notes.push(units.about);
     if (more) notes.push("Results are still being read.");
     return notes.map((text) => element("p", text));

@@ -1,7 +1,7 @@
 // The stage: a job's picture, moved and zoomed, perhaps another beside it, and outlines of tiles in work.
 "use strict";
 
-const kFalseColors = 5; // the first of the looks of the page's list that are false colours; the next is logarithmic
+const kFalseColors = 5; // in the list of looks, luminance as colours; the one after it is logarithmic
 const kSteps = { ArrowLeft: [60, 0], ArrowRight: [-60, 0], ArrowUp: [0, 60], ArrowDown: [0, -60] }; // pixels
 
 /// The canvas: where one looks, and what lies over it.

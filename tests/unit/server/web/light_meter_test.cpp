@@ -40,7 +40,9 @@ Moments moments_of(std::uint32_t x, std::uint32_t y, std::size_t band, std::uint
 
 /// A result of the samples from `first` to `end` of an area.
 wire::TileResult result_of(const PixelArea& area, std::uint32_t first, std::uint32_t end) {
-  wire::TileResult result{.x0 = area.x0, .y0 = area.y0, .x1 = area.x1, .y1 = area.y1, .channels = kColors};
+  wire::TileResult result;
+  result.x0 = area.x0, result.y0 = area.y0, result.x1 = area.x1, result.y1 = area.y1;
+  result.channels = kColors;
   result.counts.assign(result.pixel_count(), end - first);
   for (std::size_t c = 0; c < kColors.size(); ++c) {
     for (std::uint32_t y = area.y0; y < area.y1; ++y) {

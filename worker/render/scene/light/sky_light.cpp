@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "photometry/sky/sky_map.h"
 #include "render/light/environment.h"
+#include "render/scene/light/light_amount.h"
 #include "render/scene/light/light_builder.h"
 #include "render/scene/light/light_values.h"
 #include "wire/sky_light.h"
@@ -50,8 +51,6 @@ TextureImage picture_of(std::span<const float> luminances, std::int32_t width, c
   }
   return image;
 }
-
-double luminance_of(const spectra::Rgb& c) { return 0.2126 * c.r + 0.7152 * c.g + 0.0722 * c.b; }
 
 }  // namespace
 
