@@ -198,7 +198,8 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
     return farm != nullptr ? report_farm_error(run.status(), options.server)
                            : report_farm_error(run.status());
   }
-  if (!options.scene.quiet) {
+  // Tables have them, too.
+  if (!options.scene.quiet && !options.output.empty()) {
     for (const MeasuredMeter& meter : run->measured.meters) {
       for (const std::string& warning : meter.warnings)
         std::cerr << "warning: " << meter.name << ": " << warning << '\n';

@@ -142,18 +142,22 @@ absl::Status fill(const YearPlan& plan, const SkyPatches& patches, std::size_t p
 /// A metric of points, or of all of them.
 struct Metric {
   const char* name;
+  const char* quantity;
   const char* unit;
   double factor;
   double photometry::PointMetrics::*of_point;
 };
 constexpr Metric kMetrics[] = {
-    {"daylight autonomy", "%", 100, &photometry::PointMetrics::daylight_autonomy},
-    {"continuous daylight autonomy", "%", 100, &photometry::PointMetrics::continuous_daylight_autonomy},
-    {"useful daylight illuminance, below 100 lx", "%", 100, &photometry::PointMetrics::udi_low},
-    {"useful daylight illuminance, 100 to 300 lx", "%", 100, &photometry::PointMetrics::udi_supplementary},
-    {"useful daylight illuminance, 300 to 3000 lx", "%", 100, &photometry::PointMetrics::udi_autonomous},
-    {"useful daylight illuminance, above 3000 lx", "%", 100, &photometry::PointMetrics::udi_exceeded},
-    {"mean illuminance of occupied hours", "lx", 1, &photometry::PointMetrics::mean_lux}};
+    {"DA", "daylight autonomy", "%", 100, &photometry::PointMetrics::daylight_autonomy},
+    {"cDA", "continuous daylight autonomy", "%", 100,
+     &photometry::PointMetrics::continuous_daylight_autonomy},
+    {"UDI < 100 lx", "useful daylight illuminance", "%", 100, &photometry::PointMetrics::udi_low},
+    {"UDI 100 to 300 lx", "useful daylight illuminance", "%", 100,
+     &photometry::PointMetrics::udi_supplementary},
+    {"UDI 300 to 3000 lx", "useful daylight illuminance", "%", 100,
+     &photometry::PointMetrics::udi_autonomous},
+    {"UDI > 3000 lx", "useful daylight illuminance", "%", 100, &photometry::PointMetrics::udi_exceeded},
+    {"mean", "illuminance of occupied hours", "lx", 1, &photometry::PointMetrics::mean_lux}};
 
 /// Mean of the repetitions, with its standard error.
 Figure figure_of(const std::array<double, kYears>& values, std::uint64_t samples) {
@@ -202,7 +206,8 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_year(const v1::AnnualDaylight
   std::vector<MeasuredMeter> result;
   for (const Metric& metric : kMetrics) {
     MeasuredMeter& made = result.emplace_back();
-    made.name = name, made.quantity = metric.name, made.unit = metric.unit;
+    made.name = absl::StrCat(name, ": ", metric.name), made.quantity = metric.quantity,
+    made.unit = metric.unit;
     made.planes = plan->planes;
     for (std::size_t point = 0; point < plan->points.size(); ++point) {
       std::array<double, kYears> values{};
@@ -212,17 +217,18 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_year(const v1::AnnualDaylight
                                plan->points[point].normal, figure_of(values, samples)});
     }
   }
-  const auto add_whole = [&](const char* quantity, double photometry::AnnualMetrics::*of_year) {
+  const auto add_whole = [&](const char* metric, const char* quantity,
+                             double photometry::AnnualMetrics::*of_year) {
     MeasuredMeter& made = result.emplace_back();
-    made.name = name, made.quantity = quantity, made.unit = "%";
+    made.name = absl::StrCat(name, ": ", metric), made.quantity = quantity, made.unit = "%";
     std::array<double, kYears> values{};
     for (std::size_t k = 0; k < kYears; ++k) values[k] = 100 * (years[k].*of_year);
     constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
     made.readings.push_back({"", V3d(kNone), V3d(0), figure_of(values, samples)});
   };
-  add_whole("spatial daylight autonomy, 300 lx in half of the hours",
+  add_whole("sDA 300 lx, 50 %", "spatial daylight autonomy",
             &photometry::AnnualMetrics::spatial_daylight_autonomy);
-  add_whole("annual sunlight exposure, 1000 lx in 250 hours",
+  add_whole("ASE 1000 lx, 250 h", "annual sunlight exposure",
             &photometry::AnnualMetrics::annual_sunlight_exposure);
   if (years[0].hours_without_data > 0)
     result.front().warnings.push_back(absl::StrCat("the weather file has no radiation of ",

@@ -7,6 +7,7 @@
 #include <numbers>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "import/geometry/transform.h"
 #include "measure/receivers.h"
 #include "photometry/glare/glare_figures.h"
@@ -43,17 +44,18 @@ EyePixels eye_pixels(int side) {
 }
 
 struct GlareFigure {
+  const char* name;
   const char* quantity;
   const char* unit;
   double photometry::GlareFigures::*value;
 };
 constexpr GlareFigure kFigures[] = {
-    {"daylight glare probability (DGP)", "1", &photometry::GlareFigures::daylight_glare_probability},
-    {"unified glare rating (UGR)", "1", &photometry::GlareFigures::unified_glare_rating},
-    {"daylight glare index (DGI)", "1", &photometry::GlareFigures::daylight_glare_index},
-    {"vertical illuminance", "lx", &photometry::GlareFigures::vertical_illuminance},
-    {"background luminance", "cd/m2", &photometry::GlareFigures::background_luminance},
-    {"mean luminance", "cd/m2", &photometry::GlareFigures::mean_luminance}};
+    {"DGP", "daylight glare probability", "1", &photometry::GlareFigures::daylight_glare_probability},
+    {"UGR", "unified glare rating", "1", &photometry::GlareFigures::unified_glare_rating},
+    {"DGI", "daylight glare index", "1", &photometry::GlareFigures::daylight_glare_index},
+    {"at the eye", "vertical illuminance", "lx", &photometry::GlareFigures::vertical_illuminance},
+    {"background", "background luminance", "cd/m2", &photometry::GlareFigures::background_luminance},
+    {"mean", "mean luminance", "cd/m2", &photometry::GlareFigures::mean_luminance}};
 
 /// Glare of the mean of pictures but for the one left out; kPictures leaves none out.
 absl::StatusOr<photometry::GlareFigures> glare_without(const std::vector<std::vector<double>>& pictures,
@@ -121,7 +123,8 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_glare(const v1::GlareMeter& m
   std::vector<MeasuredMeter> result;
   for (const GlareFigure& figure : kFigures) {
     MeasuredMeter& made = result.emplace_back();
-    made.name = name, made.quantity = figure.quantity, made.unit = figure.unit;
+    made.name = absl::StrCat(name, ": ", figure.name), made.quantity = figure.quantity,
+    made.unit = figure.unit;
     std::vector<double> values;
     for (const photometry::GlareFigures& figures : without) values.push_back(figures.*figure.value);
     const double value = *whole.*figure.value;

@@ -15,8 +15,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-constexpr const char* kScene = "scenes/first-light/scene.textproto";
-constexpr const char* kMeters = R"(
+constexpr const char* kLamplit = "scenes/first-light/scene.textproto";
+constexpr const char* kTwoMeters = R"(
     meters { name: "table" irradiance { receivers { plane {
       corner { x: -1 y: 0.3 z: -1 } edge_u { z: 2 } edge_v { x: 2 } columns: 3 rows: 2 } } } }
     meters { name: "eye" unit: "cd/m2" radiance { ray { from { y: 0.5 z: -4 } toward { y: 0.5 } field_degrees: 1 } } }
@@ -35,7 +35,7 @@ class Measure : public testing::Test {
     return {std::istreambuf_iterator<char>(file), {}};
   }
   support::Finished measure(const std::string& meters, const Arguments& more = {}) const {
-    return tessera(Arguments{"measure", kScene, write("meters.textproto", meters), "--quiet"} + more);
+    return tessera(Arguments{"measure", kLamplit, write("meters.textproto", meters), "--quiet"} + more);
   }
 
   const support::TempDir folder_;
@@ -43,13 +43,13 @@ class Measure : public testing::Test {
 
 TEST_F(Measure, AFarmFindsTheSameFiguresAlsoWhenAWorkerDies) {
   const Arguments how{"--error", "0.05", "--seed", "3"};
-  const support::Finished here = measure(kMeters, how + Arguments{"--threads", "3", "-o", path("here.csv")});
+  const support::Finished here = measure(kTwoMeters, how + Arguments{"--threads", "3", "-o", path("here.csv")});
   ASSERT_EQ(here.status.code, 0) << here.err;
   FarmUnderTest farm;
   farm.add_worker(1);
   farm.add_worker(1);
   Arguments arguments = farm.on_farm(
-      Arguments{"measure", kScene, path("meters.textproto"), "--farm", "--quiet", "-o", path("farm.csv")} +
+      Arguments{"measure", kLamplit, path("meters.textproto"), "--farm", "--quiet", "-o", path("farm.csv")} +
       how);
   arguments.insert(arguments.begin(), tessera_program());
   support::Process client{arguments};
@@ -72,8 +72,8 @@ TEST_F(Measure, TellsWhatIsWrongWithMetersAndWhere) {
   refused("meters { iradiance {} }", "meters.textproto:1:10: ");
   refused("meters { unit: \"luxx\" irradiance { receivers { point {} } } }", "lux");
   refused("meters { irradiance { receivers { surface { shape: \"sofa\" } } } }", "there is no shape 'sofa'");
-  refused(kMeters, "is biased: the error", {"--integrator", "whitted"});
-  refused(kMeters, "is consistent: the error", {"--integrator", "vcm"});
+  refused(kTwoMeters, "is biased: the error", {"--integrator", "whitted"});
+  refused(kTwoMeters, "is consistent: the error", {"--integrator", "vcm"});
   refused(
       "meters { irradiance { receivers { plane { edge_u { x: 1 } edge_v { y: 1 } columns: 4000000000 rows: "
       "100000 } } } }",
@@ -82,14 +82,14 @@ TEST_F(Measure, TellsWhatIsWrongWithMetersAndWhere) {
 
 TEST_F(Measure, EndsWithWhatItHasWhenTheTimeIsUp) {
   const support::Finished done =
-      measure(kMeters, {"--error", "0.00001", "--time", "0", "-o", path("figures.csv")});
+      measure(kTwoMeters, {"--error", "0.00001", "--time", "0", "-o", path("figures.csv")});
   EXPECT_EQ(done.status.code, 6);
   EXPECT_THAT(done.err, HasSubstr("the time is up"));
   EXPECT_THAT(read("figures.csv"), HasSubstr("table,illuminance,lx"));
 }
 
 TEST_F(Measure, WritesPagesMapsAndTables) {
-  const support::Finished done = measure(kMeters, {"--samples", "64", "-o", path("figures.json"), "--html",
+  const support::Finished done = measure(kTwoMeters, {"--samples", "64", "-o", path("figures.json"), "--html",
                                                    path("figures.html"), "--maps", path("maps")});
   ASSERT_EQ(done.status.code, 0) << done.err;
   EXPECT_THAT(read("figures.json"), HasSubstr("\"standard_error\""));

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
 #include "measure_text.h"
 #include "photometry/units/weighting.h"
 #include "support/picture/p_values.h"
@@ -40,6 +41,7 @@ struct Case {
 void expect_measured(const Case& test) {
   SCOPED_TRACE(test.name);
   std::vector<double> logs(test.truths.size(), 0.0);
+  std::vector<std::string> found(test.truths.size());
   const std::vector<std::uint64_t> seeds = {1, 1001, 2001};
   for (const std::uint64_t seed : seeds) {
     const auto measured = measure_text({.scene = scene_with(test.scene, test.medium, test.cd_per_m2),
@@ -55,9 +57,9 @@ void expect_measured(const Case& test) {
         ASSERT_LT(k, test.truths.size());
         const double truth = test.truths[k], value = reading.figure.value,
                      error = reading.figure.standard_error;
-        SCOPED_TRACE(meter.name + " " + reading.label + ": " + std::to_string(value) + " +- " +
-                     std::to_string(error) + ", not " + std::to_string(truth));
-        EXPECT_LE(error, kLargestError * std::max(std::abs(truth), 1e-3));
+        absl::StrAppend(&found[k], " ", meter.name, " ", reading.label, ": ", value, " +- ", error, ", not ",
+                        truth);
+        EXPECT_LE(error, kLargestError * std::max(std::abs(truth), 1e-3)) << found[k];
         const int freedom = std::max(1, static_cast<int>(reading.figure.degrees_of_freedom));
         const double p =
             interval_p_value(value - truth, test.rounding * std::abs(truth) + 1e-9, error, freedom);
@@ -75,7 +77,7 @@ void expect_measured(const Case& test) {
       tail += term;
       term *= half / static_cast<double>(i + 1);
     }
-    EXPECT_GT(tail * std::exp(-half), kSmallest) << "figure " << k + 1;
+    EXPECT_GT(tail * std::exp(-half), kSmallest) << found[k];
   }
 }
 

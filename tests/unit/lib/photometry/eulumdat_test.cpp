@@ -15,23 +15,6 @@ using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-struct Read {
-  absl::StatusOr<Luminaire> luminaire = absl::InternalError("");
-  std::vector<std::string> warnings;
-};
-
-Read read(const std::string& text) {
-  Read result;
-  result.luminaire = read_lamp_file(text, {.name = "lamp.ldt"}, result.warnings);
-  return result;
-}
-
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
-
 /// The sample's intensity in a plane of its own, cd.
 double told(int symmetry, int c, int gamma) {
   const double a = c * std::numbers::pi / 180, g = gamma * std::numbers::pi / 180;
@@ -45,7 +28,7 @@ double told(int symmetry, int c, int gamma) {
 
 TEST(Eulumdat, AllSymmetriesTellAllPlanes) {
   for (int symmetry = 0; symmetry <= 4; ++symmetry) {
-    const Read found = read(eulumdat(symmetry));
+    const ReadLamp found = read_lamp(eulumdat(symmetry), "lamp.ldt");
     ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
     EXPECT_THAT(found.warnings, ElementsAre(HasSubstr("decimal commas"))) << symmetry;
     for (int c = 0; c < 360; c += 15) {
@@ -59,7 +42,7 @@ TEST(Eulumdat, AllSymmetriesTellAllPlanes) {
 }
 
 TEST(Eulumdat, IsReadWithItsLabelsAndLamps) {
-  const Luminaire l = *read(eulumdat(4)).luminaire;
+  const Luminaire l = *read_lamp(eulumdat(4), "lamp.ldt").luminaire;
   EXPECT_TRUE(l.is_eulumdat);
   EXPECT_THAT(l.labels, Contains(std::pair<std::string, std::string>("LUMINAIRE", "Louvre")));
   ASSERT_EQ(l.eulumdat.sets.size(), 1u);
@@ -74,10 +57,10 @@ TEST(Eulumdat, IsReadWithItsLabelsAndLamps) {
 TEST(Eulumdat, WrittenFilesReadBackEqual) {
   for (int symmetry = 0; symmetry <= 4; ++symmetry) {
     for (const char* const end : {"\r\n", "\n"}) {
-      const Luminaire first = *read(eulumdat(symmetry, 73.25, end)).luminaire;
+      const Luminaire first = *read_lamp(eulumdat(symmetry, 73.25, end), "lamp.ldt").luminaire;
       const auto written = write_eulumdat(first);
       ASSERT_TRUE(written.ok()) << written.status();
-      const Read second = read(*written);
+      const ReadLamp second = read_lamp(*written, "lamp.ldt");
       ASSERT_TRUE(second.luminaire.ok()) << second.luminaire.status();
       EXPECT_EQ(*second.luminaire, first) << symmetry;
       EXPECT_EQ(*write_eulumdat(*second.luminaire), *written);
@@ -93,7 +76,7 @@ TEST(Eulumdat, EachFormatIsWrittenAsTheOther) {
     const Luminaire ies = *read_ies(text, {.name = "lamp.ies"}, warnings);
     const auto written = write_eulumdat(ies);
     ASSERT_TRUE(written.ok()) << written.status();
-    const Read found = read(*written);
+    const ReadLamp found = read_lamp(*written, "lamp.ldt");
     ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status() << *written;
     for (double c = 0; c < 360; c += 7.5) {
       for (double gamma = 0; gamma <= 180; gamma += 7.5)
@@ -104,7 +87,7 @@ TEST(Eulumdat, EachFormatIsWrittenAsTheOther) {
     EXPECT_TRUE(found.warnings.empty()) << found.warnings[0];
   }
   for (int symmetry = 0; symmetry <= 4; ++symmetry) {
-    const Luminaire ldt = *read(eulumdat(symmetry)).luminaire;
+    const Luminaire ldt = *read_lamp(eulumdat(symmetry), "lamp.ldt").luminaire;
     const auto written = write_ies(ldt);
     ASSERT_TRUE(written.ok()) << written.status();
     std::vector<std::string> warnings;
@@ -118,27 +101,28 @@ TEST(Eulumdat, EachFormatIsWrittenAsTheOther) {
 }
 
 TEST(Eulumdat, FilesThatLieAboutTheirFluxAreTold) {
-  const double ratio = 100 * flux(*read(eulumdat(1)).luminaire) / 5200;
-  EXPECT_THAT(read(eulumdat(1, std::round(10 * ratio) / 10)).warnings,
+  const double ratio = 100 * flux(*read_lamp(eulumdat(1), "lamp.ldt").luminaire) / 5200;
+  EXPECT_THAT(read_lamp(eulumdat(1, std::round(10 * ratio) / 10), "lamp.ldt").warnings,
               ElementsAre(HasSubstr("decimal commas")));
-  EXPECT_THAT(read(eulumdat(1, 2 * ratio)).warnings, Contains(HasSubstr("its intensities make")));
+  EXPECT_THAT(read_lamp(eulumdat(1, 2 * ratio), "lamp.ldt").warnings,
+              Contains(HasSubstr("its intensities make")));
   const std::string half = with(eulumdat(1), "\r\n100\r\n0\r\n1.0\r\n", "\r\n50\r\n0\r\n1.0\r\n");
-  EXPECT_THAT(read(half).warnings,
+  EXPECT_THAT(read_lamp(half, "lamp.ldt").warnings,
               Contains(HasSubstr("it says that 50 % of its flux goes downward; its intensities send 100 %")));
 }
 
 TEST(Eulumdat, AbsoluteFilesHaveTheFluxOfTheLuminaire) {
   const std::string text =
       with(eulumdat(1, 100), "\r\n2\r\nT16 28 W\r\n5200\r\n", "\r\n-1\r\nLED\r\n800\r\n");
-  const Luminaire l = *read(text).luminaire;
+  const Luminaire l = *read_lamp(text, "lamp.ldt").luminaire;
   EXPECT_TRUE(l.is_absolute());
   EXPECT_NEAR(intensity_at(l, {0, 0}), 250 * 0.8, 1e-9);
-  EXPECT_EQ(*read(*write_eulumdat(l)).luminaire, l);
+  EXPECT_EQ(*read_lamp(*write_eulumdat(l), "lamp.ldt").luminaire, l);
 }
 
 TEST(Eulumdat, FaultsNameTheirLine) {
   const auto refusal = [](const std::string& text) {
-    return std::string(read(text).luminaire.status().message());
+    return std::string(read_lamp(text, "lamp.ldt").luminaire.status().message());
   };
   EXPECT_THAT(refusal(""), HasSubstr("lamp.ldt:1: the file ends where the company was expected"));
   EXPECT_THAT(refusal("a\nb\n"),

@@ -20,24 +20,6 @@ using testing::IsEmpty;
 
 constexpr double kPi = std::numbers::pi, kDegree = kPi / 180;
 
-struct Read {
-  absl::StatusOr<Luminaire> luminaire = absl::InternalError("");
-  std::vector<std::string> warnings;
-};
-
-Read read(const std::string& text, const TiltFiles& tilt_files = nullptr) {
-  Read result;
-  result.luminaire = read_lamp_file(text, {.name = "lamp.ies", .tilt_files = tilt_files}, result.warnings);
-  return result;
-}
-
-/// `text` with the first `from` replaced.
-std::string with(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return at == std::string::npos ? text : text.replace(at, from.size(), to);
-}
-
 /// Integral of a function of directions by the midpoints of n x 2n cells of equal solid angle.
 double integral(const std::function<double(double x, double y, double z)>& f, int n) {
   double sum = 0;
@@ -52,7 +34,7 @@ double integral(const std::function<double(double x, double y, double z)>& f, in
 }
 
 TEST(Ies, SymmetricFilesAreReadWhole) {
-  const Read found = read(symmetric_ies());
+  const ReadLamp found = read_lamp(symmetric_ies(), "lamp.ies");
   ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
   EXPECT_THAT(found.warnings, IsEmpty());
   const Luminaire& l = *found.luminaire;
@@ -74,7 +56,7 @@ TEST(Ies, SymmetricFilesAreReadWhole) {
 TEST(Ies, FluxIsTheExactIntegralOfWhatIsInterpolated) {
   for (const std::string& text :
        {symmetric_ies(), quadrant_ies(), bilateral_ies(), full_ies(), beam_ies(2), beam_ies(3)}) {
-    const Read found = read(text);
+    const ReadLamp found = read_lamp(text, "lamp.ies");
     ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
     const Luminaire& l = *found.luminaire;
     // The integrand is continuous with kinks, but for the edges of beams: midpoints are off by n^-2, there by
@@ -102,7 +84,7 @@ TEST(Ies, FluxHasItsClosedForms) {
 }
 
 TEST(Ies, FactorsOfLampAndBallastCount) {
-  const Read found = read(quadrant_ies());
+  const ReadLamp found = read_lamp(quadrant_ies(), "lamp.ies");
   ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
   EXPECT_THAT(found.warnings, IsEmpty());
   const Luminaire& l = *found.luminaire;
@@ -121,7 +103,7 @@ TEST(Ies, FactorsOfLampAndBallastCount) {
 }
 
 TEST(Ies, BilateralFilesAreTheSameOnBothSides) {
-  const Read found = read(bilateral_ies());
+  const ReadLamp found = read_lamp(bilateral_ies(), "lamp.ies");
   ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
   EXPECT_THAT(found.warnings, ElementsAre(HasSubstr("commas stand between numbers")));
   const Luminaire& l = *found.luminaire;
@@ -136,7 +118,7 @@ TEST(Ies, HalvesAboutTheOtherPlaneAreMirroredThere) {
   // From 90 to 270: the same on both sides of the plane C90-C270.
   std::string text = bilateral_ies();
   text = with(text, "0,45,90,135,180\n", "90,135,180,225,270\n");
-  const Read found = read(text);
+  const ReadLamp found = read_lamp(text, "lamp.ies");
   ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
   EXPECT_NEAR(intensity_at(*found.luminaire, {180, 60}), 120, 1e-9);
   EXPECT_NEAR(intensity_at(*found.luminaire, {0, 60}), 120, 1e-9);
@@ -152,7 +134,7 @@ TEST(Ies, WithoutTheLastPlaneTheTurnIsClosed) {
 }
 
 TEST(Ies, BeamsOfAAndBPlanesAreAboutTheirAxis) {
-  const Read b = read(beam_ies(2)), a = read(beam_ies(3));
+  const ReadLamp b = read_lamp(beam_ies(2), "lamp.ies"), a = read_lamp(beam_ies(3), "lamp.ies");
   ASSERT_TRUE(b.luminaire.ok()) << b.luminaire.status();
   ASSERT_TRUE(a.luminaire.ok()) << a.luminaire.status();
   EXPECT_EQ(b.luminaire->system, PlaneSystem::kB);
@@ -175,11 +157,11 @@ TEST(Ies, BeamsOfAAndBPlanesAreAboutTheirAxis) {
 TEST(Ies, WrittenFilesReadBackEqual) {
   for (const std::string& text :
        {symmetric_ies(), quadrant_ies(), bilateral_ies(), full_ies(), beam_ies(2), beam_ies(3)}) {
-    const Read first = read(text);
+    const ReadLamp first = read_lamp(text, "lamp.ies");
     ASSERT_TRUE(first.luminaire.ok()) << first.luminaire.status();
     const auto written = write_ies(*first.luminaire);
     ASSERT_TRUE(written.ok()) << written.status();
-    const Read second = read(*written);
+    const ReadLamp second = read_lamp(*written, "lamp.ies");
     ASSERT_TRUE(second.luminaire.ok()) << second.luminaire.status() << "\n" << *written;
     EXPECT_EQ(*second.luminaire, *first.luminaire) << *written;
     EXPECT_EQ(*write_ies(*second.luminaire), *written);
@@ -192,17 +174,17 @@ TEST(Ies, ArbitraryNumbersKeepAllTheirDigits) {
   l.multiplier = 1.0 / 3, l.watts = 0.1 + 0.2, l.ies_year = 2019;
   const auto written = write_ies(l);
   ASSERT_TRUE(written.ok()) << written.status();
-  const Read found = read(*written);
+  const ReadLamp found = read_lamp(*written, "lamp.ies");
   ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
   EXPECT_EQ(*found.luminaire, l);
 }
 
 TEST(Ies, OtherStandardsKeepTheIntensities) {
-  const Luminaire l = *read(quadrant_ies()).luminaire;
+  const Luminaire l = *read_lamp(quadrant_ies(), "lamp.ies").luminaire;
   for (const int year : {1986, 1991, 1995, 2002, 2019}) {
     const auto written = write_ies(l, year);
     ASSERT_TRUE(written.ok()) << written.status();
-    const Read found = read(*written);
+    const ReadLamp found = read_lamp(*written, "lamp.ies");
     ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
     EXPECT_EQ(found.luminaire->ies_year, year);
     EXPECT_NEAR(flux(*found.luminaire) / flux(l), 1, 1e-14) << year;
@@ -212,38 +194,40 @@ TEST(Ies, OtherStandardsKeepTheIntensities) {
 
 TEST(Ies, TiltFilesAreReadWhereTheyAre) {
   const std::string text = with(symmetric_ies(), "TILT=NONE", "TILT=lamp.tlt");
-  const Read found = read(text, [](const std::string& name) -> absl::StatusOr<std::string> {
-    EXPECT_EQ(name, "lamp.tlt");
-    return "2\n2\n0 90\n1 0.8\n";
-  });
+  const ReadLamp found =
+      read_lamp(text, "lamp.ies", [](const std::string& name) -> absl::StatusOr<std::string> {
+        EXPECT_EQ(name, "lamp.tlt");
+        return "2\n2\n0 90\n1 0.8\n";
+      });
   ASSERT_TRUE(found.luminaire.ok()) << found.luminaire.status();
   EXPECT_THAT(found.luminaire->tilt.factors, ElementsAre(1, 0.8));
   EXPECT_EQ(found.luminaire->tilt.geometry, 2);
-  EXPECT_THAT(read(text).warnings,
+  EXPECT_THAT(read_lamp(text, "lamp.ies").warnings,
               ElementsAre(HasSubstr("lamp.ies:8: 'lamp.tlt', which TILT= names, is not read")));
-  const Read broken =
-      read(text, [](const std::string&) -> absl::StatusOr<std::string> { return "1\n2\n0\n"; });
+  const ReadLamp broken = read_lamp(
+      text, "lamp.ies", [](const std::string&) -> absl::StatusOr<std::string> { return "1\n2\n0\n"; });
   EXPECT_THAT(std::string(broken.luminaire.status().message()),
               HasSubstr("lamp.tlt:3: the file ends where the tilt angle 2 of 2"));
 }
 
 TEST(Ies, FilesThatLieAboutTheirFluxAreTold) {
-  const double truth = flux(*read(symmetric_ies()).luminaire);
-  const Read lamp = read(with(symmetric_ies(), "1 -1 1 7", "1 500 1 7"));
+  const double truth = flux(*read_lamp(symmetric_ies(), "lamp.ies").luminaire);
+  const ReadLamp lamp = read_lamp(with(symmetric_ies(), "1 -1 1 7", "1 500 1 7"), "lamp.ies");
   ASSERT_TRUE(lamp.luminaire.ok());
   EXPECT_THAT(lamp.warnings, ElementsAre(AllOf(HasSubstr("more than the 500 lm of its lamps"),
                                                HasSubstr(absl::StrCat(std::round(truth * 1000) / 1000)))));
   EXPECT_NEAR(flux(*lamp.luminaire), truth, 1e-9) << "it emits what its intensities make";
-  const Read dim = read(with(symmetric_ies(), "1 -1 1 7", "1 90000 1 7"));
+  const ReadLamp dim = read_lamp(with(symmetric_ies(), "1 -1 1 7", "1 90000 1 7"), "lamp.ies");
   EXPECT_THAT(dim.warnings, ElementsAre(HasSubstr("of the 90000 lm of its lamps")));
-  const Read label = read(with(symmetric_ies(), "[TEST] T-1", "[TOTALLUMINAIRELUMENS] 2000"));
+  const ReadLamp label =
+      read_lamp(with(symmetric_ies(), "[TEST] T-1", "[TOTALLUMINAIRELUMENS] 2000"), "lamp.ies");
   EXPECT_THAT(label.warnings,
               ElementsAre(HasSubstr("[TOTALLUMINAIRELUMENS] says 2000 lm; its intensities make")));
 }
 
 TEST(Ies, WhatRealFilesHaveIsReadWithAWarning) {
   const auto warnings = [](const std::string& text) {
-    const Read found = read(text);
+    const ReadLamp found = read_lamp(text, "lamp.ies");
     EXPECT_TRUE(found.luminaire.ok()) << found.luminaire.status() << text;
     return found.warnings;
   };

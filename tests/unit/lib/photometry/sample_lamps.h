@@ -1,14 +1,38 @@
 // Photometric files for tests.
 #pragma once
 
+#include <gtest/gtest.h>
+
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
+#include "photometry/lamps/lamp_file.h"
 #include "photometry/lamps/luminaire.h"
 
 namespace tessera::photometry {
+
+/// A file as it was read, with the warnings.
+struct ReadLamp {
+  absl::StatusOr<Luminaire> luminaire = absl::InternalError("");
+  std::vector<std::string> warnings;
+};
+inline ReadLamp read_lamp(const std::string& text, const std::string& name,
+                          const TiltFiles& tilt_files = nullptr) {
+  ReadLamp result;
+  result.luminaire = read_lamp_file(text, {.name = name, .tilt_files = tilt_files}, result.warnings);
+  return result;
+}
+
+/// `text` with the first `from` replaced.
+inline std::string with(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return at == std::string::npos ? text : text.replace(at, from.size(), to);
+}
 
 /// A downlight: the same in all planes, 800 cd at gamma 0, nothing from 60 degrees on.
 inline std::string symmetric_ies() {
