@@ -164,6 +164,7 @@ absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const Samplin
                                           const RenderProbes& render) {
   SampledCells sampled;
   sampled.cells.resize(plan.cells);
+  if (plan.cells == 0) return sampled;
   const std::uint64_t samples = options.error > 0 ? kFirstPixels * kMostSamplesPerPixel : options.samples;
   sampled.samples_per_pixel = static_cast<std::uint32_t>(
       std::clamp<std::uint64_t>(std::bit_floor(samples / kFirstPixels), 1, kMostSamplesPerPixel));

@@ -16,7 +16,7 @@ using std::numbers::pi;
 constexpr double kReflectance = 0.5;
 
 /// A floor seen from above, z up; a picture of its middle.
-constexpr const char* kFloor = R"(
+constexpr const char* kOpenFloor = R"(
   materials { name: "grey" diffuse { reflectance { constant { constant: 0.5 } } } }
   shapes { disk { radius: 2 } material: "grey" }
   camera { perspective { fov_degrees: 20 } world_from_camera { elements: [1,0,0,0, 0,-1,0,0, 0,0,-1,5, 0,0,0,1] } } )";
@@ -31,7 +31,7 @@ double radiance(double illuminance) { return kReflectance * illuminance / pi / 6
 
 PictureRequest floor_under(const std::string& light, const std::string& integrator = "path") {
   PictureRequest request;
-  request.scene = kFloor + light;
+  request.scene = kOpenFloor + light;
   request.integrator = integrator;
   return request;
 }

@@ -39,17 +39,17 @@ std::vector<std::string> lines_of_year() {
   return lines;
 }
 
-struct Read {
+struct ReadWeather {
   Weather weather;
   std::vector<WeatherFault> faults;
 };
-Read read(const std::vector<std::string>& lines, const char* end_of_line = "\n") {
-  Read result;
+ReadWeather read(const std::vector<std::string>& lines, const char* end_of_line = "\n") {
+  ReadWeather result;
   result.weather = read_epw(absl::StrJoin(lines, end_of_line), result.faults);
   return result;
 }
 
-std::string told(const Read& read) {
+std::string told(const ReadWeather& read) {
   return absl::StrJoin(read.faults, "\n", [](std::string* out, const WeatherFault& fault) {
     absl::StrAppend(out, fault.line, ":", fault.column, ": ", fault.message);
   });
@@ -60,7 +60,7 @@ std::size_t line_of(int hour) { return static_cast<std::size_t>(kHeader + hour);
 
 TEST(Epw, HasThePlaceAndTheHours) {
   for (const char* const end_of_line : {"\n", "\r\n"}) {
-    const Read year = read(lines_of_year(), end_of_line);
+    const ReadWeather year = read(lines_of_year(), end_of_line);
     EXPECT_THAT(told(year), IsEmpty());
     EXPECT_EQ(year.weather.city, "Nowhere");
     EXPECT_EQ(year.weather.place.latitude_degrees, 48.1);
@@ -103,7 +103,7 @@ TEST(Epw, CountsValuesThatAreMissing) {
   std::vector<std::string> lines = lines_of_year();
   lines[line_of(12)] = "1999,1,1,13,0,flags,10,99.9,70,101300,0,1400,300,400,9999,120";
   lines[line_of(13)] = "1999,1,1,14,0,flags,10,5,70,101300,0,1400,300,,9999,120";
-  const Read year = read(lines);
+  const ReadWeather year = read(lines);
   EXPECT_THAT(told(year), IsEmpty());
   EXPECT_EQ(missing_values(year.weather),
             "dew point temperature is missing in 1 hour, global horizontal radiation is missing in 1 hour, "
@@ -148,7 +148,7 @@ TEST(Epw, LocatesWhatIsWrong) {
 TEST(Epw, TellsAtMostTwentyFaults) {
   std::vector<std::string> lines = lines_of_year();
   for (int i = 0; i < 30; ++i) lines[line_of(i)] = "x";
-  const Read year = read(lines);
+  const ReadWeather year = read(lines);
   ASSERT_THAT(year.faults, SizeIs(21));
   // 30 lines, and the gap that they leave.
   EXPECT_EQ(year.faults.back().message, "and 11 more faults");
@@ -161,7 +161,7 @@ TEST(Epw, LeapYearsAreYears) {
     leap_day.push_back(absl::StrCat("1999,2,29,", hour, ",0,f,10,5,70,101300,0,1400,300,0,0,0"));
   lines.insert(lines.begin() + static_cast<std::ptrdiff_t>(line_of(24 * 59)), leap_day.begin(),
                leap_day.end());
-  const Read year = read(lines);
+  const ReadWeather year = read(lines);
   EXPECT_THAT(told(year), IsEmpty());
   EXPECT_THAT(year.weather.hours, SizeIs(kHoursOfYear + 24));
   // A day of a year that has it.
