@@ -57,19 +57,19 @@ class FakeSource final : public LightSource {
   static inline bool is_curved = false;
 };
 
-const LightSource& source_of(LightKind) {
+const LightSource& fake_source_of(LightKind) {
   static const FakeSource source;
   return source;
 }
 
-std::optional<LightKind> kind_on_shape(ShapeKind) { return LightKind::kRectangle; }
+std::optional<LightKind> fake_kind_on_shape(ShapeKind) { return LightKind::kRectangle; }
 
 class LightAmountTest : public testing::Test {
  protected:
   LightAmountTest() { textures_.add_constant("grey", 0.25f); }
   void SetUp() override {
     FakeSource::is_curved = false;
-    table_.sources = {&source_of, &kind_on_shape};
+    table_.sources = {&fake_source_of, &fake_kind_on_shape};
     shapes_.shapes.resize(1);
     shapes_.shapes[0].kind = ShapeKind::kDisk;
     blobs_.add("downlight", photometry::symmetric_ies());
