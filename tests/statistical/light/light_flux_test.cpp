@@ -7,7 +7,7 @@ namespace tessera::render::TESSERA_ISA {
 namespace {
 
 constexpr double kAllPi = std::numbers::pi;
-constexpr std::int32_t kRays = 1 << 16;
+constexpr std::int32_t kFluxRays = 1 << 16;
 
 /// The flux of all lights of a lamp, each once.
 std::array<double, kBands> flux_of(const Lamp& lamp) {
@@ -15,7 +15,8 @@ std::array<double, kBands> flux_of(const Lamp& lamp) {
   for (std::size_t i = 0; i < lamp.table.lights.size(); ++i) {
     const LightRecord& light = lamp.table.lights[i];
     if (light.same_as >= 0) continue;
-    const auto flux = light_model(light.kind).emitted_flux(lamp.table, static_cast<std::int32_t>(i), kRays);
+    const auto flux =
+        light_model(light.kind).emitted_flux(lamp.table, static_cast<std::int32_t>(i), kFluxRays);
     for (std::size_t band = 0; band < flux.size(); ++band) sum[band] += flux[band];
   }
   return sum;
@@ -43,21 +44,21 @@ Lamp spot_lamp(LightKind kind, LightProfile profile) {
 }
 
 // Points are chosen evenly by area, so that every ray has the same flux, but for some roundings.
-constexpr double kRounding = 1e-5;
+constexpr double kFluxRounding = 1e-5;
 // 65536 points of an even sequence: the integrands are smooth, or have an edge, whose length over the points
 // is less than this.
 constexpr double kSequence = 5e-4;
 
 TEST(EmittedFlux, OfSurfacesIsPiTimesAreaAndRadiance) {
   const std::vector<Point> corners = {{0, 0, 1}, {2, 0, 1}, {2, 3, 1}, {0, 3, 1}};
-  expect_flux(mesh_lamp("rectangle", corners, {0, 1, 2, 0, 2, 3}, false), kAllPi * 6, kRounding);
-  expect_flux(mesh_lamp("two sides", corners, {0, 1, 2, 0, 2, 3}, true), kAllPi * 12, kRounding);
-  expect_flux(mesh_lamp("triangle", corners, {0, 1, 2}, false), kAllPi * 3, kRounding);
+  expect_flux(mesh_lamp("rectangle", corners, {0, 1, 2, 0, 2, 3}, false), kAllPi * 6, kFluxRounding);
+  expect_flux(mesh_lamp("two sides", corners, {0, 1, 2, 0, 2, 3}, true), kAllPi * 12, kFluxRounding);
+  expect_flux(mesh_lamp("triangle", corners, {0, 1, 2}, false), kAllPi * 3, kFluxRounding);
 }
 
 TEST(EmittedFlux, OfPointsAndConesIsTheirSolidAngle) {
-  expect_flux(spot_lamp(LightKind::kPoint, kPlainProfile), 4 * kAllPi, kRounding);
-  expect_flux(spot_lamp(LightKind::kSoftPoint, kPlainProfile), 4 * kAllPi, kRounding);
+  expect_flux(spot_lamp(LightKind::kPoint, kPlainProfile), 4 * kAllPi, kFluxRounding);
+  expect_flux(spot_lamp(LightKind::kSoftPoint, kPlainProfile), 4 * kAllPi, kFluxRounding);
   const double smooth = 2 * kAllPi * (0.1 + 0.3 / 2);
   expect_flux(spot_lamp(LightKind::kSpot, kPlainProfile), smooth, kSequence);
   expect_flux(spot_lamp(LightKind::kSoftSpot, kPlainProfile), smooth, kSequence);
