@@ -275,7 +275,7 @@ void add_measure_command(CommandLine& line) {
   command.add_flag("--farm", options->on_farm, "on the farm of --server, not in this process");
   define_server_option(command, options->server);
   command.add_flag("--quiet", options->scene.quiet, "no progress, no warnings");
-  command.example("tessera measure hall.pbrt meters.textproto --error 0.01 -o hall.csv --html hall.html");
+  command.example("tessera measure hall.pbrt meters.textproto --error 0.01 --html hall.html");
   command.does([options](Interrupt& interrupt) { return run(*options, interrupt); });
 }
 

@@ -43,7 +43,8 @@ class Measure : public testing::Test {
 
 TEST_F(Measure, AFarmFindsTheSameFiguresAlsoWhenAWorkerDies) {
   const Arguments how{"--error", "0.05", "--seed", "3"};
-  const support::Finished here = measure(kTwoMeters, how + Arguments{"--threads", "3", "-o", path("here.csv")});
+  const support::Finished here =
+      measure(kTwoMeters, how + Arguments{"--threads", "3", "-o", path("here.csv")});
   ASSERT_EQ(here.status.code, 0) << here.err;
   FarmUnderTest farm;
   farm.add_worker(1);
@@ -68,8 +69,9 @@ TEST_F(Measure, TellsWhatIsWrongWithMetersAndWhere) {
   };
   refused("meters { irradiance { } }\nmeters {\n  name: \"b\" flux { receivers { point {} } } }",
           "meters.textproto:1: meter 1: it has no receivers");
-  refused("\nmeters { name: \"b\" flux { receivers { point {} } } }", "meters.textproto:2: meter 2 (b): ");
-  refused("meters { iradiance {} }", "meters.textproto:1:10: ");
+  refused("\nmeters { name: \"b\" flux { receivers { point {} } } }",
+          "meters.textproto:2: meter 1 (b): flux is of planes and surfaces");
+  refused("meters { iradiance {} }", "meters.textproto:1:20: ");
   refused("meters { unit: \"luxx\" irradiance { receivers { point {} } } }", "lux");
   refused("meters { irradiance { receivers { surface { shape: \"sofa\" } } } }", "there is no shape 'sofa'");
   refused(kTwoMeters, "is biased: the error", {"--integrator", "whitted"});
@@ -90,7 +92,7 @@ TEST_F(Measure, EndsWithWhatItHasWhenTheTimeIsUp) {
 
 TEST_F(Measure, WritesPagesMapsAndTables) {
   const support::Finished done = measure(kTwoMeters, {"--samples", "64", "-o", path("figures.json"), "--html",
-                                                   path("figures.html"), "--maps", path("maps")});
+                                                      path("figures.html"), "--maps", path("maps")});
   ASSERT_EQ(done.status.code, 0) << done.err;
   EXPECT_THAT(read("figures.json"), HasSubstr("\"standard_error\""));
   EXPECT_THAT(read("figures.html"), HasSubstr("</html>"));

@@ -242,22 +242,29 @@ void extend_by_row(const Row& row, Imath::Box3d& box) {
   box.extendBy(Imath::V3d(end("high_x"), end("high_y"), end("high_z")));
 }
 
-/// Extends the box by lights at a place.
+/// Extends the box by a light at a place: one whose kind has a position, or a transform but no sky.
 void extend_by_light(const v1::Light& light, Imath::Box3d& box) {
-  const auto extend = [&](const v1::Point3& p, double radius) {
-    box.extendBy(Imath::V3d(p.x() - radius, p.y() - radius, p.z() - radius));
-    box.extendBy(Imath::V3d(p.x() + radius, p.y() + radius, p.z() + radius));
-  };
-  const auto place_of_matrix = [](const v1::Matrix& matrix) {
-    v1::Point3 p;
-    if (matrix.elements_size() == 16)
-      p.set_x(matrix.elements(3)), p.set_y(matrix.elements(7)), p.set_z(matrix.elements(11));
-    return p;
-  };
-  if (light.has_point()) extend(light.point().position(), light.point().radius());
-  if (light.has_spot()) extend(light.spot().position(), light.spot().radius());
-  if (light.has_projection()) extend(place_of_matrix(light.projection().world_from_light()), 0);
-  if (light.has_goniometric()) extend(place_of_matrix(light.goniometric().world_from_light()), 0);
+  const auto* const kind =
+      light.GetReflection()->GetOneofFieldDescriptor(light, v1::Light::descriptor()->FindOneofByName("kind"));
+  if (kind == nullptr || light.has_infinite() || light.has_sky()) return;
+  const google::protobuf::Message& message = light.GetReflection()->GetMessage(light, kind);
+  const auto field = [&](const char* name) { return message.GetDescriptor()->FindFieldByName(name); };
+  Imath::V3d place(0);
+  if (const auto* const position = field("position")) {
+    v1::Point3 point;
+    point.CopyFrom(message.GetReflection()->GetMessage(message, position));
+    place = {point.x(), point.y(), point.z()};
+  } else if (const auto* const transform = field("world_from_light")) {
+    v1::Matrix matrix;
+    matrix.CopyFrom(message.GetReflection()->GetMessage(message, transform));
+    if (matrix.elements_size() == 16) place = {matrix.elements(3), matrix.elements(7), matrix.elements(11)};
+  } else {
+    return;
+  }
+  const auto* const radius_field = field("radius");
+  const double radius = radius_field ? message.GetReflection()->GetFloat(message, radius_field) : 0;
+  box.extendBy(place - Imath::V3d(radius));
+  box.extendBy(place + Imath::V3d(radius));
 }
 
 }  // namespace

@@ -227,6 +227,7 @@ TEST(Measure, WeighsWavelengths) {
        .truths = {of_plane(Weighting::kPhotopic), of_plane(Weighting::kRadiometric),
                   of_plane(Weighting::kScotopic), of_plane(Weighting::kMelanopic)},
        .is_spectral = true,
+       .cd_per_m2 = 683 * 106.856895,
        // Observers are tables a nanometre apart, and bands are ten of them wide.
        .rounding = 1e-3});
 }

@@ -30,10 +30,15 @@ const Kind kKinds[] = {
      {"kPhong", "PhongMaterial", "PhongBsdf", "PhongVariants", "kBlinn", "kMirrorLobe", "phong"},
      {"proto/tessera/v1/material.proto", "worker/render/bsdf/kinds.h", "worker/render/bsdf/model/phong.cpp",
       "worker/render/scene/material/material_kinds.cpp"}},
+    // With a photometric file, an amount in units of light, keys of motion, and a method in Python, which
+    // plain kinds need not have.
     {"light",
      {"kGoniometric", "GoniometricLight", "goniometric"},
      {"proto/tessera/v1/light.proto", "worker/render/light/light_table.h",
-      "worker/render/light/model/goniometric.cpp", "worker/render/scene/light/light_builder.cpp"}},
+      "worker/render/light/model/goniometric.cpp", "worker/render/scene/light/light_builder.cpp",
+      "worker/render/scene/light/light_builder.h", "worker/render/scene/light/light_amount.cpp",
+      "worker/render/scene/light/amounts_of_lights.cpp", "proto/wire/algorithm_fit.cpp",
+      "python/tessera/_lights.py"}},
     {"sensor",
      {"SphericalCamera", "kOctahedral", "OctahedralSensor"},
      {"proto/tessera/v1/camera.proto", "python/tessera/_cameras.py",

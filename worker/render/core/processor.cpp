@@ -4,6 +4,7 @@ namespace tessera::render {
 
 bool processor_has(std::string_view isa) {
 #if defined(__x86_64__)
+  __builtin_cpu_init();  // tests ask before main()
   if (isa == "avx512") {
     return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
            __builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512vl") &&

@@ -14,6 +14,7 @@
 #include "photometry/sky/sky_map.h"
 #include "render/light/light_source.h"
 #include "render/scene/light/sky_light.h"
+#include "render/scene/values/light_records.h"
 #include "unit/render/scene/builder_inputs.h"
 
 namespace tessera::render {

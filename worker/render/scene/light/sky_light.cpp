@@ -54,8 +54,6 @@ TextureImage picture_of(std::span<const float> luminances, std::int32_t width, c
 
 }  // namespace
 
-int records_of(const v1::Light& light) { return light.has_sky() && wire::has_sun(light.sky()) ? 2 : 1; }
-
 bool has_parallel_sun(const v1::SkyLight& light) {
   return wire::has_sun(light) && wire::sun_degrees(light) == 0;
 }

@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "layers/layer_rule.h"
-#include "render/scene/light/sky_light.h"
+#include "render/scene/values/light_records.h"
 
 namespace tessera::render {
 

@@ -1,0 +1,134 @@
+// Rounds of sampling, on readings that are made up: which cells are asked for, and when it is enough.
+#include "measure/sampling.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <functional>
+#include <random>
+#include <set>
+#include <vector>
+
+namespace tessera::client {
+namespace {
+
+/// A plan of points, each a probe of one cell and a figure.
+MeasurePlan plan_of_points(std::size_t points) {
+  MeasurePlan plan;
+  PlannedMeter& meter = plan.meters.emplace_back();
+  for (std::size_t i = 0; i < points; ++i) {
+    plan.probes.push_back({.probe = {}, .light = ReadLight::kAll, .first_cell = i, .cells = 1});
+    PlannedReading& reading = meter.readings.emplace_back();
+    reading.terms = {{i, 1.0}};
+  }
+  plan.cells = points;
+  return plan;
+}
+
+/// Renders probes whose readings are drawn from a distribution of each cell; counts the pixels of each.
+struct MadeUpScene {
+  std::vector<std::function<double(std::mt19937_64&)>> cells;
+  std::vector<std::uint64_t> pixels = std::vector<std::uint64_t>(cells.size());
+  std::vector<std::uint64_t> seeds{};
+  int jobs = 0;
+
+  RenderProbes renderer() {
+    return [this](const ProbeJob& job) -> absl::StatusOr<ProbePicture> {
+      ++jobs;
+      seeds.push_back(job.seed);
+      std::mt19937_64 random(job.seed);
+      ProbePicture picture;
+      std::size_t probe = 0;
+      for (std::size_t cell = 0; cell < cells.size(); ++cell) {
+        // Probes of a job are those whose cells have pixels, in the order of the plan.
+        if (probe == static_cast<std::size_t>(job.camera.probes_size())) break;
+        const v1::Probe& asked = job.camera.probes(static_cast<int>(probe));
+        if (asked.point().x() != static_cast<double>(cell)) continue;
+        ++probe;
+        pixels[cell] += asked.pixels_of_cells(0);
+        for (std::uint32_t i = 0; i < asked.pixels_of_cells(0); ++i)
+          picture.pixels.push_back({cells[cell](random)});
+      }
+      picture.pixels.resize(std::size_t{job.width} * job.height);
+      return picture;
+    };
+  }
+};
+
+MeasurePlan numbered(MeasurePlan plan) {
+  for (std::size_t i = 0; i < plan.probes.size(); ++i)
+    plan.probes[i].probe.mutable_point()->set_x(static_cast<double>(i));
+  return plan;
+}
+
+double normal(std::mt19937_64& random, double mean, double deviation) {
+  return std::normal_distribution<double>(mean, deviation)(random);
+}
+
+TEST(Sampling, AsksForTheCellsThatAreNotSure) {
+  const MeasurePlan plan = numbered(plan_of_points(3));
+  MadeUpScene scene{{[](auto&) { return 5.0; }, [](auto& r) { return normal(r, 10, 0.1); },
+                     [](auto& r) { return normal(r, 10, 4); }}};
+  const auto sampled = sample_cells(plan, {.error = 0.01, .seed = 11}, scene.renderer());
+  ASSERT_TRUE(sampled.ok()) << sampled.status();
+  EXPECT_EQ(scene.pixels[0], 16u);
+  EXPECT_EQ(scene.pixels[1], 16u);
+  // (1.96 x 4 / 10 / 0.01)^2 pixels.
+  EXPECT_GT(scene.pixels[2], 5000u);
+  EXPECT_LT(scene.pixels[2], 10000u);
+  EXPECT_LE(scene.jobs, 6);
+  for (const PlannedReading& reading : plan.meters[0].readings)
+    EXPECT_LE(relative_error(figure_of(reading, *sampled)), 0.01);
+  // No two jobs have the same random numbers.
+  EXPECT_EQ(std::set<std::uint64_t>(scene.seeds.begin(), scene.seeds.end()).size(), scene.seeds.size());
+}
+
+TEST(Sampling, TakesTheSamplesThatAreAskedForWhereNoErrorIs) {
+  const MeasurePlan plan = numbered(plan_of_points(1));
+  MadeUpScene scene{{[](auto& r) { return normal(r, 1, 1); }}};
+  const auto sampled = sample_cells(plan, {.samples = 10000}, scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  EXPECT_EQ(sampled->samples_per_pixel, 64u);
+  EXPECT_EQ(scene.pixels[0], 157u);  // 10,000 / 64, rounded up
+}
+
+TEST(Sampling, DoesNotTrustASpreadThatOnePixelMakes) {
+  // One pixel in 40 holds nearly all of the light, on average.
+  const MeasurePlan plan = numbered(plan_of_points(1));
+  MadeUpScene scene{{[](std::mt19937_64& r) {
+    return std::bernoulli_distribution(1.0 / 40)(r) ? normal(r, 400, 1) : normal(r, 1, 0.001);
+  }}};
+  const auto sampled = sample_cells(plan, {.error = 0.2, .seed = 5}, scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  EXPECT_FALSE(has_heavy_tail(plan.meters[0].readings[0], *sampled));
+  EXPECT_NEAR(figure_of(plan.meters[0].readings[0], *sampled).value, 11, 4 * 0.2 * 11);
+}
+
+TEST(Sampling, EndsWhenTheTimeIsUp) {
+  const MeasurePlan plan = numbered(plan_of_points(1));
+  MadeUpScene scene{{[](auto& r) { return normal(r, 1, 1); }}};
+  const auto sampled =
+      sample_cells(plan, {.error = 1e-6, .time_is_up = [] { return true; }}, scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  EXPECT_TRUE(sampled->stopped);
+  EXPECT_EQ(scene.jobs, 1);
+}
+
+TEST(Sampling, ErrorsOfSumsHaveTheirDegreesOfFreedom) {
+  MeasurePlan plan = numbered(plan_of_points(2));
+  plan.meters[0].readings.resize(1);
+  plan.meters[0].readings[0].terms = {{0, 2.0}, {1, -1.0}};
+  plan.meters[0].readings[0].constant = 7;
+  MadeUpScene scene{{[](auto& r) { return normal(r, 3, 1); }, [](auto& r) { return normal(r, 5, 2); }}};
+  const auto sampled = sample_cells(plan, {.samples = 1 << 16}, scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  const Figure figure = figure_of(plan.meters[0].readings[0], *sampled);
+  // 1024 pixels of each: variances 4 x 1 and 4, over 1024.
+  EXPECT_NEAR(figure.value, 7 + 6 - 5, 5 * std::sqrt(8.0 / 1024));
+  EXPECT_NEAR(figure.standard_error, std::sqrt(8.0 / 1024), 0.1 * std::sqrt(8.0 / 1024));
+  EXPECT_NEAR(figure.degrees_of_freedom, 2 * 1023, 0.1 * 2046);
+}
+
+}  // namespace
+}  // namespace tessera::client
