@@ -279,12 +279,12 @@ TEST_F(LightAmountTest, SpectraHaveTheLuminanceOfTheJob) {
   const double by_lumens = added("{ value: 683 unit: 'lm' }"), by_watts = added("{ value: 1 unit: 'W' }");
   // V is above 0.9949 there; the curve has a sample a nanometre.
   EXPECT_NEAR(by_watts / by_lumens, 1, 0.005);
-  // Daylight has 203 lm/W within 360 and 830 nm.
+  // D65 has 184.4 lm within 360 and 830 nm for each watt there.
   const std::string white = absl::StrCat("point { ", kWhite, "} amount ");
   EXPECT_EQ(add(white + "{ value: 1 unit: 'lm' }"), absl::OkStatus());
   const double lumen = table_.lights.back().radiance[1];
   EXPECT_EQ(add(white + "{ value: 1 unit: 'W' }"), absl::OkStatus());
-  EXPECT_NEAR(table_.lights.back().radiance[1] / lumen, 203, 1);
+  EXPECT_NEAR(table_.lights.back().radiance[1] / lumen, 184.4, 0.3);
   EXPECT_NEAR(lumen, 1 / (683 * 4 * kPi), 1e-7);
 }
 
@@ -369,7 +369,7 @@ TEST(PhotometricMap, IsAsFineAsTheFile) {
     EXPECT_NEAR(4 * kPi * sum / kDirections / photometry::flux(lamp), 1,
                 lamp.system == photometry::PlaneSystem::kC ? 1e-3 : 1e-2)
         << text;
-    EXPECT_GT(smooth, 50) << text;
+    EXPECT_GT(smooth, 20) << text;
     EXPECT_LT(worst, 0.005) << text;
   }
 }
