@@ -121,8 +121,8 @@ void write_projection(LightInput& in, v1::Light& light) {
     in.scale *= power / (4 * half_width * half_height * projected_mean(*image, half_width, half_height));
 }
 
-/// A goniometric light of a photometric file, as bright as that says; with a power, as bright as other lights of
-/// that power.
+/// A goniometric light of a photometric file, as bright as that says; with a power, as bright as other lights
+/// of that power.
 void write_lamp_file(LightInput& in, const std::string& file, double power, v1::Light& light) {
   std::vector<std::string> warnings;
   absl::StatusOr<v1::BlobRef> blob =

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <string>
 
 #include "statistical/reference/lit_things.h"
@@ -17,13 +18,14 @@ inline constexpr const char *kSpectral = " color: COLOR_SPECTRAL ",
                             *kShared = " path_sharing: PATH_SHARING_4 ";
 
 inline Pictures pictures_of(const std::string& scene, const std::string& integrator, std::uint32_t depth,
-                            const std::string& settings, const TestBlobs& blobs = light_blobs()) {
+                            const std::string& settings, const TestBlobs& blobs = light_blobs(),
+                            std::uint32_t spp_of_long_form = 2048) {
   PictureRequest request;
   request.scene = scene;
   request.integrator = integrator;
   request.max_depth = depth;
   request.settings = settings;
-  request.spp = samples_of_form(2048);
+  request.spp = samples_of_form(spp_of_long_form);
   request.blobs = blobs;
   return measure_pictures(request);
 }

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <ostream>
 #include <string>
 #include <utility>
@@ -24,6 +25,9 @@ struct DistortedCamera {
 };
 void PrintTo(const DistortedCamera& camera, std::ostream* out) { *out << camera.name; }
 
+/// Of three to two, which the distortion of kOpenCv does not fold at the corners.
+constexpr std::uint32_t kFilmWidth = 480, kFilmHeight = 320;
+
 class DistortedFootprint : public testing::TestWithParam<DistortedCamera> {};
 
 /// Area of a footprint on the plane across the ray.
@@ -36,7 +40,7 @@ Float area_of(const FootprintRecord& record, const SensorRay& ray) {
 }
 
 TEST_P(DistortedFootprint, IsLargerByTheAreaThatAPlaceSees) {
-  const auto sensor = sensor_of(GetParam().text, {640, 320});
+  const auto sensor = sensor_of(GetParam().text, {kFilmWidth, kFilmHeight});
   ASSERT_TRUE(sensor.ok()) << sensor.status();
   const FootprintRecord distorted = footprint_of(*sensor, 0.5);
   FootprintRecord plain = distorted;
@@ -44,7 +48,7 @@ TEST_P(DistortedFootprint, IsLargerByTheAreaThatAPlaceSees) {
   RandomLanes numbers(3);
   float least = 1, most = 1;
   for (int i = 0; i < 100; ++i) {
-    const Vec2 raster{numbers(0, 640), numbers(0, 320)};
+    const Vec2 raster{numbers(0, kFilmWidth), numbers(0, kFilmHeight)};
     const SensorRay ray = start_ray(*sensor, middle_sample(raster));
     const Vec2 place{fma(raster.x, Float(sensor->scale_x), Float(sensor->offset_x)),
                      fma(raster.y, Float(sensor->scale_y), Float(sensor->offset_y))};
@@ -53,15 +57,16 @@ TEST_P(DistortedFootprint, IsLargerByTheAreaThatAPlaceSees) {
     for (int l = 0; l < kWidth; ++l) {
       if (!(ray.valid.bits() >> l & 1)) continue;
       least = std::min(least, expected.lane(l)), most = std::max(most, expected.lane(l));
-      // Slopes are those next to the middle of one of 64 x 64 cells, by a quarter of a cell at most, and
-      // linear in between: of an area that grows by a factor of 3 over 32 cells, e^(1.1/32/4) - 1 is 1 %.
-      // Maps are bilinear: areas jump from cell to cell of 40 x 20, which their slopes smooth.
-      EXPECT_NEAR(found.lane(l), expected.lane(l), 0.03f * expected.lane(l))
+      // Slopes are those of a place within half of one of 64 x 64 cells each way, and linear in between: of
+      // an area that grows by a factor of 3 over 32 cells, e^(1.1 / 32) - 1 over both axes is 4 % at the
+      // most, and half as much again near the corners. Maps are bilinear: areas jump from cell to cell of 40
+      // x 20, which their slopes smooth.
+      EXPECT_NEAR(found.lane(l), expected.lane(l), 0.06f * expected.lane(l))
           << raster.x.lane(l) << " " << raster.y.lane(l);
     }
   }
   // Else the test would not see a distortion that is left out.
-  EXPECT_GT(std::max(most - 1, 1 - least), 0.035f);
+  EXPECT_GT(std::max(most - 1, 1 - least), 0.07f);
 }
 INSTANTIATE_TEST_SUITE_P(
     Cameras, DistortedFootprint,

@@ -199,6 +199,10 @@ class SceneMessage : public testing::Test {
     by_focal_length.set_focal_length_mm(50);
     samples_[11].scene.mutable_film()->mutable_photographic_exposure()->Clear();
     samples_[11].scene.mutable_film()->mutable_photographic_exposure()->set_ev100(12);
+    v1::Scene& readings = samples_[12].scene;
+    readings.mutable_camera()->Clear();
+    readings.mutable_film()->mutable_filter()->Clear();
+    merge(kReadings, readings);
   }
 
   static constexpr const char* kLens = R"(
@@ -214,7 +218,16 @@ class SceneMessage : public testing::Test {
   static constexpr const char* kPinhole = R"(
       hole_mm: 0.3 film_distance_mm: 50 film_diagonal_mm: 40 scene_distance: 5 wavelength_nm: 550
       units_per_mm: 0.001)";
-  static constexpr int kSamples = 12;
+  static constexpr const char* kReadings = R"(
+      camera { probes {
+        probes { kind: CONE field_degrees: 20 point { x: 0.1 y: 0.2 z: 0.3 } axis { z: 1 } pixels: 2 }
+        probes { kind: HALF_CYLINDER axis { z: 1 } front { x: 1 } offset: 0.01 pixels_of_cells: [1, 2, 1, 1]
+                 plane { corner { x: -1 } edge_u { x: 2 } edge_v { y: 2 } columns: 2 rows: 2 } }
+        probes { kind: FAR_FIELD axis { z: -1 } offset: 10 disk { middle { x: 1 y: 1 z: 1 } radius: 5 } }
+        probes { kind: EXITANCE offset: 0.01 sphere { middle { x: 1 y: 1 z: 1 } radius: 0.5 } } } }
+      film { filter { kind: BOX radius_x: 0.49 radius_y: 0.49 } }
+      settings { path_sharing: PATH_SHARING_OFF reconstruction: RECONSTRUCTION_SAMPLE })";
+  static constexpr int kSamples = 13;
 
   support::TempDir folder_;
   client::ImportedScene samples_[kSamples];
