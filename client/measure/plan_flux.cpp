@@ -2,11 +2,13 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "measure/planner.h"
+#include "photometry/units/light_unit.h"
 
 namespace tessera::client {
 
@@ -15,6 +17,27 @@ using Imath::V3d;
 namespace {
 
 constexpr double kPi = std::numbers::pi;
+
+/// The flux of a light without a surface, of radiances with a luminance of 1 and over the square of the
+/// scene's unit: by its amount, or of a point by its colour. Nothing where the message alone does not tell
+/// it.
+std::optional<double> flux_of_lamp(const v1::Light& light, const MeasuredScene& scene, double square_metres) {
+  if (light.has_amount()) {
+    const auto unit = photometry::parse_light_unit(light.amount().unit());
+    if (!unit.ok()) return std::nullopt;
+    const bool intensity = unit->quantity == photometry::Quantity::kIntensity && light.has_point();
+    if (unit->quantity != photometry::Quantity::kFlux && !intensity) return std::nullopt;
+    // What watts of wavelengths are depends on the spectrum.
+    if (!unit->photometric() && scene.is_spectral) return std::nullopt;
+    const double lumens_per_unit = unit->factor * (unit->photometric() ? 1 : photometry::kLumensPerWatt);
+    return light.amount().value() * lumens_per_unit * (intensity ? 4 * kPi : 1) /
+           (scene.cd_per_m2 * square_metres);
+  }
+  if (!light.has_point() || light.point().intensity().kind_case() != v1::Spectrum::kRgb) return std::nullopt;
+  const v1::Rgb& rgb = light.point().intensity().rgb();
+  const double luminance = 0.2126 * rgb.r() + 0.7152 * rgb.g() + 0.0722 * rgb.b();
+  return 4 * kPi * luminance * (light.has_scale() ? light.scale() : 1);
+}
 
 }  // namespace
 
@@ -116,7 +139,8 @@ absl::Status Planner::add_flux(const v1::FluxMeter& meter) {
 }
 
 absl::Status Planner::add_energy_balance() {
-  factor_ *= square_metres();
+  const double square = square_metres();
+  factor_ *= square;
   const v1::Scene& scene = scene_.imported.scene;
   PlannedMeter& meter = plan_.meters.back();
   if (scene.instances_size() > 0 || scene.has_packed_instances())
@@ -140,11 +164,13 @@ absl::Status Planner::add_energy_balance() {
   take(*inside, v1::Probe::PLANE, 1, escaped, -1, ReadLight::kAll);
   for (const v1::Light& light : scene.lights()) {
     if (light.has_infinite() || light.has_distant() || light.has_sky()) continue;
-    if (!light.has_point() || light.point().intensity().kind_case() != v1::Spectrum::kRgb)
-      return fault("of lights without a surface, the balance knows point lights with an intensity in RGB");
-    const v1::Rgb& rgb = light.point().intensity().rgb();
-    const double luminance = 0.2126 * rgb.r() + 0.7152 * rgb.g() + 0.0722 * rgb.b();
-    const double flux = 4 * kPi * luminance * (light.has_scale() ? light.scale() : 1) * factor_;
+    const std::optional<double> lamp = flux_of_lamp(light, scene_, square);
+    if (!lamp)
+      return fault(
+          "of lights without a surface, the balance knows those with an amount in lm, and point lights with "
+          "an "
+          "intensity in RGB");
+    const double flux = *lamp * factor_;
     emitted.constant += flux, residual.constant += flux;
   }
   std::vector<PlannedReading> absorbed;

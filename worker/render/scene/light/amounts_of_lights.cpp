@@ -20,8 +20,9 @@ namespace {
 using photometry::Quantity;
 
 /// Rays by which the light of textured lights is summed, over all parts of one: their sequence is off by less
-/// than 1e-4 of it for textures without detail finer than some hundred steps across.
-constexpr std::size_t kAmountRays = std::size_t{1} << 16;
+/// than 1e-4 of it for textures without detail finer than some hundred steps across. Others that move send
+/// about the same with each ray.
+constexpr std::size_t kAmountRays = std::size_t{1} << 16, kRaysWithoutTexture = std::size_t{1} << 10;
 constexpr std::size_t kFewestRaysOfAPart = 64;
 
 bool shines_by_file(const v1::Light& light) {
@@ -129,7 +130,7 @@ absl::Status LightBuilder::set_amount(const v1::Light& light, const LightRecord&
   if (!brightness.ok()) return brightness.status();
   const std::size_t last = table_.lights.size();
   if ((*amount)->quantity == Quantity::kFlux && record.texture >= 0 && !shines_by_file(light)) {
-    pending_amounts_.push_back({place_, first, last, *brightness, luminance_of(latest_.color)});
+    pending_amounts_.push_back({place_, first, last, *brightness, luminance_of(latest_.color), true});
     return absl::OkStatus();
   }
   double unit = 1;
@@ -160,7 +161,8 @@ absl::Status LightBuilder::set_amount(const v1::AreaLight& light, bool moves, st
     *brightness *= flux_of_intensity;
   }
   if (moves || !light.texture().empty()) {
-    pending_amounts_.push_back({place_, first, last, *brightness, luminance_of(latest_.color)});
+    pending_amounts_.push_back(
+        {place_, first, last, *brightness, luminance_of(latest_.color), !light.texture().empty()});
     return absl::OkStatus();
   }
   double area = 0;
@@ -187,8 +189,9 @@ absl::Status LightBuilder::check_flat(std::size_t first) const {
 
 absl::Status LightBuilder::settle_amounts() {
   for (const PendingAmount& pending : pending_amounts_) {
+    const std::size_t all = pending.textured ? kAmountRays : kRaysWithoutTexture;
     const auto rays = static_cast<std::int32_t>(
-        std::max(kFewestRaysOfAPart, kAmountRays / std::max<std::size_t>(1, pending.last - pending.first)));
+        std::max(kFewestRaysOfAPart, all / std::max<std::size_t>(1, pending.last - pending.first)));
     spectra::Rgb flux;
     for (std::size_t i = pending.first; i < pending.last; ++i) {
       const LightRecord& light = table_.lights[i];

@@ -148,6 +148,7 @@ class LightBuilder {
     double brightness =
         0;  // wanted: radiance or intensity times area or solid angle, of colours with luminance 1
     double luminance = 0;  // of their colour
+    bool textured = false;
   };
   std::vector<PendingAmount> pending_amounts_;
   std::map<std::string, FileLight> file_lights_;  // by digest
