@@ -91,7 +91,7 @@ struct YearPoint {
   V3d position, normal;
 };
 
-/// What is measured, and where.
+/// Probes and the places of their points.
 struct YearPlan {
   v1::ProbeCamera camera;
   std::vector<YearPoint> points;

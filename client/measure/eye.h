@@ -1,4 +1,4 @@
-// What is read of pictures: glare at an eye, and the radiance of parts of the scene's picture.
+// Meters that read pictures: glare at an eye, and the radiance of parts of the scene's picture.
 #pragma once
 
 #include <cstdint>

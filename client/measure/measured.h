@@ -1,4 +1,4 @@
-// What was measured: figures with units and standard errors, by meter and place.
+// Figures with units and standard errors, by meter and place.
 #pragma once
 
 #include <ImathVec.h>

@@ -28,7 +28,7 @@ struct PlannedProbe {
   std::size_t first_cell = 0, cells = 1;
 };
 
-/// What a cell reads in a channel, times a factor.
+/// The reading of a cell in a channel, times a factor.
 struct CellTerm {
   std::size_t cell = 0;
   double factor = 1;
@@ -67,7 +67,7 @@ struct Ball {
   double radius = 1;
 };
 
-/// What the plan has to know of the scene.
+/// Facts about the scene that the plan depends on.
 struct MeasuredScene {
   const ImportedScene& imported;
   double metres = 0;                                // length of the scene's unit; 0: not said

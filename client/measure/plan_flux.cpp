@@ -27,7 +27,7 @@ std::optional<double> flux_of_lamp(const v1::Light& light, const MeasuredScene& 
     if (!unit.ok()) return std::nullopt;
     const bool intensity = unit->quantity == photometry::Quantity::kIntensity && light.has_point();
     if (unit->quantity != photometry::Quantity::kFlux && !intensity) return std::nullopt;
-    // What watts of wavelengths are depends on the spectrum.
+    // Watts of wavelengths depend on the spectrum.
     if (!unit->photometric() && scene.is_spectral) return std::nullopt;
     const double lumens_per_unit = unit->factor * (unit->photometric() ? 1 : photometry::kLumensPerWatt);
     return light.amount().value() * lumens_per_unit * (intensity ? 4 * kPi : 1) /

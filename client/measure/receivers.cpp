@@ -19,7 +19,7 @@ namespace {
 
 using Imath::V3d;
 
-/// Of a receiver's width: far enough from a surface that rounding does not put it behind.
+/// Part of a receiver's width: far enough from a surface that rounding does not put it behind.
 constexpr double kOffset = 1e-4;
 
 bool finite(const V3d& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }

@@ -185,7 +185,7 @@ absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const Samplin
         const Figure figure = figure_of(reading, sampled);
         worst = std::max(worst, relative_error(figure));
         double more = options.error > 0 ? more_for(figure, options.error) : 0;
-        // What rests on one pixel is not sure yet, however small its spread.
+        // A figure that rests on one pixel is not sure yet, however small its spread.
         if (options.error > 0 && more == 0 && has_heavy_tail(reading, sampled)) more = 1;
         if (more == 0) continue;
         done = false;

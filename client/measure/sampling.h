@@ -42,7 +42,7 @@ class CellSums {
   }
   std::uint64_t pixels() const { return count_; }
   double mean(ReadingChannel channel) const { return mean_[static_cast<std::size_t>(channel)]; }
-  /// Of the mean; 0 for fewer than two pixels.
+  /// Variance of the mean; 0 for fewer than two pixels.
   double variance(ReadingChannel channel) const {
     if (count_ < 2) return 0;
     const double n = static_cast<double>(count_);

@@ -56,7 +56,7 @@ class Marching {
     const bool joins_high = sum >= level_;
     for (unsigned enter = 0; enter < 4; ++enter) {
       if (!is_high(enter) || is_high(enter + 1)) continue;
-      // Of two ways, the one around the low corner where the high ones are joined in the middle.
+      // One of two ways: around the low corner where the high ones are joined in the middle.
       const bool two_ways = is_high(enter + 2) && !is_high(enter + 3);
       unsigned leave = enter + 1;
       if (two_ways && !joins_high) leave = enter + 3;

@@ -11,7 +11,7 @@ namespace tessera::client {
 namespace {
 
 constexpr double kMostDecades = 6;
-/// What rounding may make of a value that ought to be a multiple of a step, in steps.
+/// Rounding of a value that ought to be a multiple of a step, in steps.
 constexpr double kStepSlack = 1e-6;
 
 /// The power of ten at or below a positive value.

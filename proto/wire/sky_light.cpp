@@ -92,7 +92,7 @@ absl::Status sun_is_down(const Sun& sun, const std::string& why) {
                                                  " degrees below the horizon there and then; ", why));
 }
 
-/// What replaces what a model says.
+/// Replacements of a model's own values.
 void take_given(const v1::SkyLight& light, photometry::Daylight& daylight) {
   if (light.has_diffuse_horizontal_illuminance())
     daylight.diffuse_horizontal = light.diffuse_horizontal_illuminance();

@@ -15,7 +15,7 @@ namespace tessera::client {
 /// cannot be written.
 absl::Status check_output(const std::string& path);
 
-/// The same, and where `exr` has all views in one file that is none.
+/// Likewise, and where `exr` has all views in one file that is none.
 absl::Status check_output(const std::string& path, const ExrFormat& exr);
 
 /// The same for a file of any kind.

@@ -20,7 +20,7 @@ bool is_lamp_file(std::string_view name);
 absl::StatusOr<v1::BlobRef> add_lamp_file(const std::filesystem::path& path, const std::string& hint,
                                           BlobCollector& blobs, std::vector<std::string>& warnings);
 
-/// The same of bytes.
+/// Likewise for bytes.
 absl::StatusOr<v1::BlobRef> add_lamp_bytes(std::string bytes, const std::string& hint, BlobCollector& blobs,
                                            std::vector<std::string>& warnings);
 

@@ -24,7 +24,7 @@ struct AnnualOptions {
 struct DaylightCoefficients {
   std::size_t points = 0;
   std::span<const double> all;  // by all light
-  /// By light straight from the patches, through openings and glass alone: for the hours of direct sun.
+  /// Light straight from the patches, through openings and glass alone: for the hours of direct sun.
   /// Empty: none.
   std::span<const double> direct;
 };

@@ -21,7 +21,7 @@ enum class SunPlacement {
 /// luminance that their solid angles give its illuminance of a surface that faces it.
 std::vector<double> sky_vector(const SkyPatches& patches, const Sky& sky, SunPlacement placement);
 
-/// The same of the sun alone.
+/// Likewise for the sun alone.
 std::vector<double> sun_vector(const SkyPatches& patches, const Sky& sky, SunPlacement placement);
 
 }  // namespace tessera::photometry

@@ -31,8 +31,8 @@ struct TaskZone {
 };
 
 struct SourceSearch {
-  /// What is brighter is a source: this luminance in cd/m^2; 0: `factor` times the mean luminance of the task
-  /// zone or of the view. (evalglare: 2000 cd/m^2, or a factor of 5.)
+  /// Pixels that are brighter are a source: this luminance in cd/m^2; 0: `factor` times the mean luminance of
+  /// the task zone or of the view. (evalglare: 2000 cd/m^2, or a factor of 5.)
   double threshold = 2000;
   double factor = 5;
   TaskZone task = {};

@@ -45,7 +45,7 @@ std::vector<double> whole_turn(const std::vector<double>& planes, int symmetry) 
   return {all.begin(), all.end()};
 }
 
-/// The same light as cd/klm.
+/// That light in cd/klm.
 Luminaire as_eulumdat(Luminaire l) {
   if (l.is_eulumdat) return l;
   EulumdatFields& e = l.eulumdat;

@@ -34,12 +34,12 @@ absl::StatusOr<Luminaire> read_eulumdat(std::string_view bytes, const LampFileOp
                                         std::vector<std::string>& warnings);
 
 /// A file of the standard of a year (1986, 1991, 1995, 2002 or 2019; 0: that of the luminaire, or else 2019).
-/// What was read from an IES file and is written to the same standard reads back equal; the others keep their
+/// Luminaires of an IES file that are written to the same standard read back equal; the others keep their
 /// intensities. Numbers have as many digits as they need. InvalidArgument for tables that are none
 /// (fault_of()), and for other years.
 absl::StatusOr<std::string> write_ies(const Luminaire& luminaire, int year = 0);
 
-/// The same of EULUMDAT. InvalidArgument for A and B planes, too, which it does not have.
+/// Likewise for EULUMDAT. InvalidArgument for A and B planes, too, which it does not have.
 absl::StatusOr<std::string> write_eulumdat(const Luminaire& luminaire);
 
 /// Warnings where figures of the file contradict its intensities: flux of lamps, light output ratio, flux

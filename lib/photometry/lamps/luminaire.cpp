@@ -70,7 +70,7 @@ double line_integral(bool sine, double a_degrees, double b_degrees, double f0, d
               : f1 * std::sin(b) - f0 * std::sin(a) + slope * (std::cos(b) - std::cos(a));
 }
 
-/// Of one plane, up to `last` degrees.
+/// The part of one plane, up to `last` degrees.
 double polar_integral(const Luminaire& l, std::size_t plane, double last) {
   const std::vector<double>& polar = l.polar_degrees;
   const bool sine = l.system == PlaneSystem::kC;

@@ -55,7 +55,7 @@ struct EulumdatFields {
 };
 
 struct Luminaire {
-  /// What the file says about it: "MANUFAC", "LUMCAT", "LUMINAIRE", "LAMP", "TEST", "ISSUEDATE" and others as
+  /// Lines of the file about it: "MANUFAC", "LUMCAT", "LUMINAIRE", "LAMP", "TEST", "ISSUEDATE" and others as
   /// IES files call them, in order, with the lines of each; "" for text without a keyword.
   std::vector<std::pair<std::string, std::string>> labels;
 
@@ -65,7 +65,7 @@ struct Luminaire {
   std::vector<double> plane_degrees;
   /// Directions within a plane, ascending; no light leaves in others. A and B: from 0 the same on both sides.
   std::vector<double> polar_degrees;
-  /// As the file has them, [plane][polar angle].
+  /// The file's own numbers, [plane][polar angle].
   std::vector<double> values;
 
   int lamps = 1;
@@ -107,7 +107,7 @@ PlaneAngles angles_of(PlaneSystem system, double x, double y, double z);
 /// (fault_of()).
 double intensity(const Luminaire& luminaire, double x, double y, double z);
 
-/// The same by angles.
+/// Likewise by angles.
 double intensity_at(const Luminaire& luminaire, PlaneAngles at);
 
 /// Total luminous flux, lm: the exact integral of intensity() over all directions.
@@ -116,7 +116,7 @@ double flux(const Luminaire& luminaire);
 /// Flux into the half-space of -z, lm: of C planes.
 double downward_flux(const Luminaire& luminaire);
 
-/// What keeps the table from being one: angles that do not ascend or leave their range, too few values,
+/// Why the table is none: angles that do not ascend or leave their range, too few values,
 /// values that are not finite or negative. Empty where it is sound.
 std::string fault_of(const Luminaire& luminaire);
 

@@ -13,7 +13,7 @@ inline constexpr int kTraditionalOvercast = 16;
 /// traditional overcast sky. InvalidArgument for other types.
 absl::StatusOr<SkyPattern> cie_pattern(int type);
 
-/// What the standard calls a type: "CIE standard clear sky, low luminance turbidity". Empty for other types.
+/// The standard's name of a type: "CIE standard clear sky, low luminance turbidity". Empty for other types.
 const char* cie_sky_name(int type);
 
 /// Whether the sky of a type says where the sun is.

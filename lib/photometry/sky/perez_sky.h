@@ -12,7 +12,7 @@ struct Irradiances {
   double diffuse_horizontal = 0;  // by the sky
 };
 
-/// What the model knows of the weather [Perez1990].
+/// The weather, in the model's terms [Perez1990].
 struct PerezWeather {
   double clearness = 1;   // epsilon: from 1, overcast, to some 12, clear
   double brightness = 0;  // Delta: sky light over extraterrestrial light, times the air mass

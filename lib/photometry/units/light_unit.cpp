@@ -12,7 +12,7 @@
 namespace tessera::photometry {
 namespace {
 
-/// What a symbol stands for: a factor, and the powers of lumen or watt, steradian and metre in it.
+/// The meaning of a symbol: a factor, and the powers of lumen or watt, steradian and metre in it.
 struct Symbol {
   std::string_view name;
   double factor;

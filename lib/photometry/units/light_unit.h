@@ -13,7 +13,7 @@ namespace tessera::photometry {
 /// irradiances that leave.
 enum class Quantity { kFlux, kIntensity, kIrradiance, kRadiance };
 
-/// What light is weighed by before it is summed over wavelengths: by nothing (watts), by V(lambda), by
+/// Weight of light before it is summed over wavelengths: by nothing (watts), by V(lambda), by
 /// V'(lambda), or by the melanopic action spectrum.
 enum class Weighting { kRadiometric, kPhotopic, kScotopic, kMelanopic };
 

@@ -44,7 +44,7 @@ bool equals_ignoring_case(std::string_view a, std::string_view b) {
       a, b, [](unsigned char x, unsigned char y) { return std::tolower(x) == std::tolower(y); });
 }
 
-/// What a field of an hour's line may hold.
+/// Bounds and codes of a field of an hour's line.
 struct EpwQuantity {
   const char* name;
   std::size_t index;    // among the fields of the line

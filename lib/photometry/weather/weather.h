@@ -47,7 +47,7 @@ ClockTime middle_of(const Weather& weather, const WeatherHour& hour);
 /// follows from the others (global = diffuse + direct times the sine of the altitude). Nothing where two are.
 std::optional<Irradiances> irradiances_of(const WeatherHour& hour, double sun_altitude_degrees);
 
-/// What an hour is in the model of Perez.
+/// An hour in the terms of the model of Perez.
 struct WeatherSky {
   SunPosition sun;
   std::optional<Sky> sky;  // nothing: night

@@ -126,7 +126,7 @@ class Pictures {
   /// that is kept is looked at.
   absl::StatusOr<std::shared_ptr<ShownPicture>> open(const std::string& job, const std::string& layer);
 
-  /// The same of the job's first layer, its colours.
+  /// Likewise of the job's first layer, its colours.
   absl::StatusOr<std::shared_ptr<ShownPicture>> open_colors(const std::string& job);
 
  private:

@@ -1,4 +1,4 @@
-// What the numbers of a job's picture stand for.
+// Units of the numbers of a job's picture.
 #pragma once
 
 #include <array>

@@ -9,7 +9,7 @@
 namespace tessera::fuzz {
 namespace {
 
-/// What every luminaire that was read holds: intensities and flux that are numbers, and files that read back.
+/// Holds of every luminaire that was read: intensities and flux that are numbers, and files that read back.
 void check(const photometry::Luminaire& luminaire) {
   require(photometry::fault_of(luminaire).empty(), "a luminaire with a fault");
   for (const auto& [x, y, z] :

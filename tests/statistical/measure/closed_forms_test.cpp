@@ -233,7 +233,7 @@ TEST(Measure, WeighsWavelengths) {
 }
 
 TEST(Measure, BalancesEnergy) {
-  // What a lamp over a floor emits is absorbed by floor and lamp, or escapes.
+  // Light that a lamp over a floor emits is absorbed by floor and lamp, or escapes.
   const std::string scene =
       std::string(kPoint) + kSky + emitting_disk(0.5, 1) +
       "materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.7 g: 0.7 b: "

@@ -18,7 +18,7 @@
 namespace tessera::test {
 namespace {
 
-/// As many pixels as a cell has in the first round (measure/sampling.cpp), the fewest that intervals are of.
+/// Pixels that a cell has in the first round (measure/sampling.cpp), the fewest that intervals are of.
 constexpr std::size_t kPixels = 16;
 constexpr std::size_t kRepetitions = 4000;
 /// The share of 4000 repetitions has a standard error of .34 %: three of them, and what is wanted, 95 +- 1 %.
