@@ -181,8 +181,9 @@ absl::Status set_pixels(const v1::Probe& probe, std::uint64_t cells, std::size_t
     if (pixels > film_pixels - table.probe_of_pixel.size())
       return fault(absl::StrCat("its cells have more pixels than the film's ", film_pixels));
     table.probe_of_pixel.insert(table.probe_of_pixel.end(), pixels, number);
-    table.column_of_pixel.insert(table.column_of_pixel.end(), pixels, static_cast<float>(cell % columns));
-    table.row_of_pixel.insert(table.row_of_pixel.end(), pixels, static_cast<float>(cell / columns));
+    const std::uint64_t column = cell % columns, row = cell / columns;
+    table.column_of_pixel.insert(table.column_of_pixel.end(), pixels, static_cast<float>(column));
+    table.row_of_pixel.insert(table.row_of_pixel.end(), pixels, static_cast<float>(row));
   }
   return absl::OkStatus();
 }
