@@ -322,9 +322,12 @@ void expect_cloth(const std::string& lights, const std::string& more, bool with_
 constexpr const char* kBulb = "lights { point { position { x: 1 y: -1 z: 4 } intensity { constant: 20 } } } ";
 
 TEST(Deforming, ClothWithNormalsAndATexture) {
-  // Photons that are merged across edges of the cloth and of its checks are off by more than noise.
+  // Within 0.02 so few photons of the cloth's own light lie that some blocks have none in thousands of
+  // passes, and batches say that nothing is missing. Within 0.08, a still cloth is right to 1.5 % in each
+  // block that is not dark, noise included.
   std::vector<Integrator> integrators = samplers();
-  std::erase_if(integrators, [](const Integrator& one) { return std::string(one.name) == "photon"; });
+  for (Integrator& one : integrators)
+    if (std::string(one.name) == "photon") one.settings = "photon { radius: 0.08 }";
   expect_cloth(
       absl::StrCat("materials { name: 'cloth' diffuse { reflectance { texture: 'checks' } } } ", kBulb),
       "material: 'cloth'", true, integrators);
