@@ -120,7 +120,10 @@ ValueScale scale_over(std::span<const double> values, ScaleKind kind, const std:
     if (std::isfinite(value) && (kind == ScaleKind::kLinear || value > 0)) known.push_back(value);
   }
   if (known.empty()) return kind == ScaleKind::kLinear ? ValueScale{} : ValueScale{kind, 0.1, 1};
-  const double least = *std::ranges::min_element(known);
+  const auto first = static_cast<std::ptrdiff_t>((kind == ScaleKind::kLogarithmic ? cut : 0) *
+                                                 static_cast<double>(known.size() - 1));
+  std::nth_element(known.begin(), known.begin() + first, known.end());
+  const double least = known[static_cast<std::size_t>(first)];
   const auto last = static_cast<std::ptrdiff_t>((1 - cut) * static_cast<double>(known.size() - 1));
   std::nth_element(known.begin(), known.begin() + last, known.end());
   const double most = known[static_cast<std::size_t>(last)];

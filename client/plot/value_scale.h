@@ -25,10 +25,10 @@ struct ValueScale {
   double value(double place) const;
 };
 
-/// A scale with round ends over all finite values but the largest of a share of `cut` of them. Linear ones
-/// begin at 0 unless values are negative or all close to each other; logarithmic ones have six decades at
-/// most. `range` takes the place of both ends. Values that no scale fits, such as none, give 0 to 1 (of
-/// logarithms 0.1 to 1).
+/// A scale with round ends over all finite values but the largest of a share of `cut` of them, of logarithmic
+/// ones the smallest, too. Linear ones begin at 0 unless values are negative or all close to each other;
+/// logarithmic ones have six decades at most. `range` takes the place of both ends. Values that no scale
+/// fits, such as none, give 0 to 1 (of logarithms 0.1 to 1).
 ValueScale scale_over(std::span<const double> values, ScaleKind kind,
                       const std::optional<ValueRange>& range = {}, double cut = 0);
 

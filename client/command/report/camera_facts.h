@@ -5,6 +5,7 @@
 
 #include "image/image.h"
 #include "tessera/v1/camera.pb.h"
+#include "tessera/v1/scene.pb.h"
 
 namespace tessera::client {
 

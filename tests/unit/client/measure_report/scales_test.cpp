@@ -96,6 +96,8 @@ TEST(ValueScale, CoversTheValuesWithRoundEnds) {
   std::vector<double> values(1000, 1);
   values[0] = 1e6, values[1] = 2;
   EXPECT_EQ(scale_over(values, ScaleKind::kLinear, {}, 0.002).high, 1) << "the two largest are left out";
+  values[3] = 1e-9;
+  EXPECT_EQ(scale_over(values, ScaleKind::kLogarithmic, {}, 0.002).low, 0.1) << "so is the smallest";
   EXPECT_EQ(scale_over(values, ScaleKind::kLinear, ValueRange{2, 3}).low, 2);
 }
 
