@@ -103,8 +103,8 @@ MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sample
 void find_worst(const MeasurePlan& plan, const SampledCells& sampled, Measured& result) {
   for (const PlannedMeter& meter : plan.meters) {
     for (const PlannedReading& reading : meter.readings) {
-      const double error = relative_error(figure_of(reading, sampled));
-      if (!reading.is_judged || !(error > result.worst_error)) continue;
+      const double error = relative_error(reading, sampled);
+      if (!(error > result.worst_error)) continue;
       result.worst_error = error;
       result.worst_meter = meter.name;
     }

@@ -42,7 +42,6 @@ struct PlannedReading {
   std::vector<CellTerm> terms;
   double constant = 0;
   std::optional<std::size_t> over;
-  bool is_judged = true;  // by the error that is wanted: not so of differences that are about 0
 };
 
 struct PlannedMeter {

@@ -97,7 +97,7 @@ absl::StatusOr<ReceiverPlace> Planner::hull(bool inward) {
   auto ball = scene_.ball();
   if (!ball.ok()) return ball.status();
   ReceiverPlace place;
-  // So far from lights at the edge of the scene that none outshines all others.
+  // Lights at the edge of the scene are far enough from it that none outshines all others.
   const double radius = 1.5 * ball->radius;
   place.positions = {ball->middle};
   place.area = 4 * kPi * radius * radius;
@@ -148,7 +148,6 @@ absl::Status Planner::add_energy_balance() {
   if (scene.media_size() > 0) return fault("the balance is of scenes without media, which absorb light too");
   PlannedReading emitted = add_reading("emitted"), escaped = add_reading("escaped"),
                  residual = add_reading("residual");
-  residual.is_judged = false;
   meter.readings.clear();
   const auto take = [&](const ReceiverPlace& place, v1::Probe::Kind kind, double sign, PlannedReading& to,
                         double in_residual, ReadLight light) {

@@ -19,6 +19,9 @@ constexpr std::uint32_t kWidth = 256;
 /// The spread of few pixels is uncertain: a round at most multiplies by this what it is judged by.
 constexpr double kMostGrowth = 16;
 constexpr int kMostRounds = 64;
+/// Rounds that go on for heavy tails alone: each doubles, and some tails never end. A warning names the
+/// figures.
+constexpr int kMostHeavyRounds = 8;
 
 /// A run of cells of one probe that a job has pixels for, in the order of the pixels.
 struct CellPixels {
@@ -105,21 +108,14 @@ absl::Status Round::run(const std::vector<std::uint64_t>& wanted, std::uint64_t&
   return absl::OkStatus();
 }
 
-/// How many more pixels the cells of a figure need, for each that they have.
-double more_for(const Figure& figure, double error) {
-  const double now = relative_error(figure);
+/// How many more pixels the cells of a figure need, for each that they have, `now` being its relative error.
+double more_for(double now, double error) {
   if (!(now > error)) return 0;
   // The variance may be larger than it looks: a tenth more saves another round.
   return std::clamp(1.1 * (now / error) * (now / error) - 1, 0.25, kMostGrowth - 1);
 }
 
 }  // namespace
-
-double relative_error(const Figure& figure) {
-  if (!(figure.standard_error > 0)) return 0;
-  return student_t_quantile(0.05, std::max(1.0, figure.degrees_of_freedom)) * figure.standard_error /
-         std::abs(figure.value);
-}
 
 bool has_heavy_tail(const PlannedReading& reading, const SampledCells& sampled) {
   const CellSums* widest = nullptr;
@@ -160,6 +156,16 @@ Figure figure_of(const PlannedReading& reading, const SampledCells& sampled) {
   return figure;
 }
 
+double relative_error(const PlannedReading& reading, const SampledCells& sampled) {
+  const Figure figure = figure_of(reading, sampled);
+  if (!(figure.standard_error > 0)) return 0;
+  double whole = std::abs(reading.constant);
+  for (const CellTerm& term : reading.terms)
+    whole += std::abs(term.factor * sampled.cells[term.cell].mean(term.channel));
+  if (reading.over) whole /= std::abs(sampled.cells[*reading.over].mean(ReadingChannel::kLuminance));
+  return student_t_quantile(0.05, std::max(1.0, figure.degrees_of_freedom)) * figure.standard_error / whole;
+}
+
 absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const SamplingOptions& options,
                                           const RenderProbes& render) {
   SampledCells sampled;
@@ -181,12 +187,12 @@ absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const Samplin
     bool done = true;
     for (const PlannedMeter& meter : plan.meters) {
       for (const PlannedReading& reading : meter.readings) {
-        if (!reading.is_judged) continue;
-        const Figure figure = figure_of(reading, sampled);
-        worst = std::max(worst, relative_error(figure));
-        double more = options.error > 0 ? more_for(figure, options.error) : 0;
+        const double now = relative_error(reading, sampled);
+        worst = std::max(worst, now);
+        double more = options.error > 0 ? more_for(now, options.error) : 0;
         // A figure that rests on one pixel is not sure yet, however small its spread.
-        if (options.error > 0 && more == 0 && has_heavy_tail(reading, sampled)) more = 1;
+        if (options.error > 0 && more == 0 && round < kMostHeavyRounds && has_heavy_tail(reading, sampled))
+          more = 1;
         if (more == 0) continue;
         done = false;
         const auto ask = [&](std::size_t cell) {

@@ -80,14 +80,15 @@ struct SampledCells {
   bool stopped = false;  // by time_is_up
 };
 
-/// Half of the 95 % interval of a figure over its value; 0 where all samples were equal.
-double relative_error(const Figure& figure);
-
 /// Whether one pixel decides the spread of a figure's largest part: heavy tails.
 bool has_heavy_tail(const PlannedReading& reading, const SampledCells& sampled);
 
 /// The figure of a reading.
 Figure figure_of(const PlannedReading& reading, const SampledCells& sampled);
+
+/// Half of the 95 % interval of a reading's figure over its value; of one that has differences, whose value
+/// may be 0, over all that is added and subtracted. 0 where all samples were equal.
+double relative_error(const PlannedReading& reading, const SampledCells& sampled);
 
 /// Samples all cells by rounds of jobs: pixels of a cell are means of as many samples, whose numbers are of
 /// no other pixel, so that their spread tells the error. The next round has more pixels for the cells of

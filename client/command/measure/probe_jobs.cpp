@@ -146,6 +146,9 @@ absl::StatusOr<std::vector<double>> ProbeJobs::render(const PictureJob& job) {
 }
 
 absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job, const v1::Light& light, std::string sky) {
+  // The same patch serves all its jobs: the scene is built once for it.
+  std::string digest = wire::sha256_hex(sky);
+  if (has_patch_ && scene_.blobs.back().ref.digest() == digest) return render(job);
   v1::Scene& scene = scene_.scene;
   scene.clear_lights();
   for (v1::Shape& shape : *scene.mutable_shapes()) shape.clear_area_light();
@@ -153,10 +156,10 @@ absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job, const v1::Li
     for (v1::Shape& shape : *object.mutable_shapes()) shape.clear_area_light();
   if (std::exchange(has_patch_, true)) scene_.blobs.pop_back();
   SceneBlob& map = scene_.blobs.emplace_back();
-  map.bytes = std::move(sky);
-  map.ref.set_digest(wire::sha256_hex(map.bytes));
-  map.ref.set_size_bytes(map.bytes.size());
+  map.ref.set_digest(std::move(digest));
+  map.ref.set_size_bytes(sky.size());
   map.ref.set_path("patch.pfm");
+  map.bytes = std::move(sky);
   *scene.add_lights() = light;
   *scene.mutable_lights(0)->mutable_infinite()->mutable_image() = map.ref;
   built_.reset();

@@ -1,4 +1,4 @@
-// What pixels of a distorted film cover: as much as the derivative of the distortion says.
+// Footprints of pixels of a distorted film follow the derivative of the distortion.
 #include <gtest/gtest.h>
 
 #include <algorithm>

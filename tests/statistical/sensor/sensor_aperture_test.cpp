@@ -21,7 +21,7 @@ struct Corner {
   double x, y;
 };
 
-/// What is left of a convex polygon where a x + b y <= c [Sutherland & Hodgman 1974].
+/// The part of a convex polygon where a x + b y <= c [Sutherland & Hodgman 1974].
 std::vector<Corner> cut(const std::vector<Corner>& polygon, double a, double b, double c) {
   std::vector<Corner> left;
   for (std::size_t i = 0; i < polygon.size(); ++i) {

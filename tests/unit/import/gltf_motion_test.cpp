@@ -1,4 +1,4 @@
-// What glTF files move: shapes, cameras and lights at a time, and while the shutter is open.
+// Moving things of glTF files: shapes, cameras and lights at a time, and while the shutter is open.
 #include <algorithm>
 
 #include "unit/import/gltf_fixture.h"

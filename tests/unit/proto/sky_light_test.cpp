@@ -57,7 +57,7 @@ TEST(SkyLight, IsAsBrightAsIsTypicalWhereItDoesNotSay) {
   const photometry::Sky clear = sky(absl::StrCat("cie_type: 12", kHigh));
   EXPECT_NEAR(photometry::diffuse_horizontal_illuminance(clear), typical.diffuse_horizontal, 1e-6);
   EXPECT_NEAR(clear.sun_normal_illuminance, typical.sun_normal, 1e-6);
-  // What it says replaces one of them.
+  // Its own word replaces one of them.
   const photometry::Sky sunless = sky(absl::StrCat("cie_type: 12 sun_normal_illuminance: 0", kHigh));
   EXPECT_NEAR(photometry::diffuse_horizontal_illuminance(sunless), typical.diffuse_horizontal, 1e-6);
   EXPECT_EQ(sunless.sun_normal_illuminance, 0);

@@ -79,7 +79,7 @@ TEST(Sampling, AsksForTheCellsThatAreNotSure) {
   EXPECT_LT(scene.pixels[2], 10000u);
   EXPECT_LE(scene.jobs, 6);
   for (const PlannedReading& reading : plan.meters[0].readings)
-    EXPECT_LE(relative_error(figure_of(reading, *sampled)), 0.01);
+    EXPECT_LE(relative_error(reading, *sampled), 0.01);
   // No two jobs have the same random numbers.
   EXPECT_EQ(std::set<std::uint64_t>(scene.seeds.begin(), scene.seeds.end()).size(), scene.seeds.size());
 }
@@ -103,6 +103,20 @@ TEST(Sampling, DoesNotTrustASpreadThatOnePixelMakes) {
   ASSERT_TRUE(sampled.ok());
   EXPECT_FALSE(has_heavy_tail(plan.meters[0].readings[0], *sampled));
   EXPECT_NEAR(figure_of(plan.meters[0].readings[0], *sampled).value, 50.9, 2 * 0.2 * 50.9);
+}
+
+TEST(Sampling, DifferencesAreJudgedByWhatTheyAreOf) {
+  // Two equal means: no number of samples makes their difference sure within a part of itself.
+  MeasurePlan plan = numbered(plan_of_points(2));
+  plan.meters[0].readings.resize(1);
+  plan.meters[0].readings[0].terms = {{0, 1.0}, {1, -1.0}};
+  MadeUpScene scene{{[](auto& r) { return normal(r, 10, 1); }, [](auto& r) { return normal(r, 10, 1); }}};
+  const auto sampled = sample_cells(plan, {.error = 0.005, .seed = 3}, scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  // (1.96 x 1.41 / 20 / 0.005)^2 = 768 pixels of each.
+  EXPECT_GT(scene.pixels[0], 400u);
+  EXPECT_LT(scene.pixels[0], 2000u);
+  EXPECT_LE(relative_error(plan.meters[0].readings[0], *sampled), 0.005);
 }
 
 TEST(Sampling, EndsWhenTheTimeIsUp) {

@@ -138,7 +138,7 @@ TEST(ColorMaps, CividisLooksAlikeWithoutRedAndGreen) {
     const double r = linear(color[0]), g = linear(color[1]);
     for (const double red : {0.11238, 0.29275}) {  // protanopia, deuteranopia
       const double seen = coded(red * r + (1 - red) * g);
-      // What such eyes see in the place of green differs by few of 255 codes from what others see; a map from
+      // The green that such eyes see differs by few of 255 codes from what others see; a map from
       // red to green has ends that are 100 codes and more apart for some, and alike for others.
       EXPECT_NEAR(seen, color[1], 10) << i;
     }

@@ -89,7 +89,7 @@ std::vector<Element> disk_radius(double radius, double z, int n = 96) {
   return elements;
 }
 
-/// What a ray meets on the plane where coordinate `axis` is `at`.
+/// The point of a ray on the plane where coordinate `axis` is `at`.
 std::optional<Point> on_plane(const Point& o, const Point& d, std::size_t axis, double at) {
   if (d[axis] == 0) return std::nullopt;
   const double t = (at - o[axis]) / d[axis];

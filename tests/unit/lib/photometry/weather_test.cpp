@@ -109,7 +109,7 @@ TEST(Epw, CountsValuesThatAreMissing) {
             "dew point temperature is missing in 1 hour, global horizontal radiation is missing in 1 hour, "
             "direct normal "
             "radiation is missing in 2 hours");
-  // What is missing follows from the others, where they are there: (400 - 120) / sin 30.
+  // A missing value follows from the others, where they are there: (400 - 120) / sin 30.
   const auto found = irradiances_of(year.weather.hours[12], 30);
   ASSERT_TRUE(found);
   EXPECT_NEAR(found->direct_normal, 560, 1e-9);
