@@ -245,6 +245,13 @@ foreach(isa ${TESSERA_ISAS})
   target_precompile_headers(${name} PRIVATE ${CMAKE_SOURCE_DIR}/worker/render/core/wide.h)
 
   if(TESSERA_TESTS)
+    # Where the processor lacks the ISA, its tests are skipped by code without it.
+    add_library(tessera_skip_missing_${isa} OBJECT
+      ${CMAKE_SOURCE_DIR}/tests/support/kernel/skip_missing_isa.cpp)
+    target_compile_definitions(tessera_skip_missing_${isa} PRIVATE TESSERA_TEST_ISA="${isa}")
+    target_include_directories(tessera_skip_missing_${isa} PRIVATE ${CMAKE_SOURCE_DIR}/worker)
+    target_link_libraries(tessera_skip_missing_${isa} PRIVATE tessera_options)
+
     # The same with GoogleTest, and main().
     add_library(tessera_kernel_test_main_${isa} OBJECT
       ${CMAKE_SOURCE_DIR}/tests/support/kernel/kernel_main.cpp)
@@ -294,7 +301,7 @@ function(tessera_kernel_test_program name)
     # -fPIC, as the precompiled header, not -fPIE
     set_target_properties(${program} PROPERTIES POSITION_INDEPENDENT_CODE OFF)
     target_compile_options(${program} PRIVATE -fPIC)
-    target_link_libraries(${program} PRIVATE tessera_kernel_test_main_${isa})
+    target_link_libraries(${program} PRIVATE tessera_kernel_test_main_${isa} tessera_skip_missing_${isa})
     target_precompile_headers(${program} REUSE_FROM tessera_kernel_test_main_${isa})
     tessera_in_batches(${program})
     foreach(kernel ${arg_KERNELS})
@@ -316,7 +323,7 @@ endfunction()
 
 # tessera_kernel_test(NAME SOURCES... KERNELS folders... [DEPENDS targets...] | IN program [LABELS ...]
 # [TIMEOUT s] [LONG s]): one ctest entry an ISA, NAME_<isa>; on a machine without the ISA it is skipped (exit
-# code 77, see tests/support/kernel/kernel_main.cpp). The long form is for the first.
+# code 77, see tests/support/kernel/skip_missing_isa.cpp). The long form is for the first.
 function(tessera_kernel_test name)
   cmake_parse_arguments(arg "" "IN;TIMEOUT;LONG" "KERNELS;DEPENDS;LABELS" ${ARGN})
   if(arg_IN)

@@ -57,8 +57,8 @@ absl::StatusOr<const Kernel*> kernel_of(const std::string& isa, KernelLight ligh
   const std::lock_guard lock(mutex);
   if (const auto it = opened.find(file); it != opened.end()) return it->second;
   absl::StatusOr<const Kernel*> kernel =
-      processor_has(isa) ? open_kernel_module(file)
-                         : absl::NotFoundError(absl::StrCat("this processor has no ", isa));
+      processor_has(isa.c_str()) ? open_kernel_module(file)
+                                 : absl::NotFoundError(absl::StrCat("this processor has no ", isa));
   return opened.emplace(file, std::move(kernel)).first->second;
 }
 
