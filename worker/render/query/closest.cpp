@@ -1,5 +1,6 @@
 // The closest point of all surfaces: a search front to back through the hierarchies of boxes.
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 #include <span>
 
@@ -111,6 +112,9 @@ class ClosestSearch {
         search(scene_.structure_.object(object), &inner, primitive.number);
         break;
       }
+      case PrimitiveKind::kDeforming:
+        assert(!"queries are asked of one moment");
+        break;
     }
   }
 

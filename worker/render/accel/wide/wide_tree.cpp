@@ -150,11 +150,11 @@ class Folder {
     const std::size_t row = tree.rows.size();
     tree.rows.resize(row + 9 * leaf.count);
     float* const rows = tree.rows.data() + row;
-    for (std::uint32_t i = 0; i < leaf.count; ++i) {
-      const std::uint32_t at = item(leaf.first + i);
+    for (std::uint32_t column = 0; column < leaf.count; ++column) {
+      const std::uint32_t at = item(leaf.first + column);
       tree.items.push_back(at);
       const float* const corners = &primitives_[at].corners[0][0];
-      for (std::uint32_t k = 0; k < 9; ++k) rows[k * leaf.count + i] = corners[k];
+      for (std::uint32_t k = 0; k < 9; ++k) rows[k * leaf.count + column] = corners[k];
     }
   }
 

@@ -33,7 +33,7 @@ struct WideTree {
 
 /// A node of what is folded. Parents stand before their children, the root first.
 struct BinaryNode {
-  Box box;                             // set in leaves; that of others follows
+  Box box{};                           // set in leaves; that of others follows
   std::int32_t child[2] = {-1, -1};    // none of both: a leaf
   std::uint32_t first = 0, count = 0;  // a leaf's range of items
 };

@@ -12,10 +12,10 @@ struct MetLight {
   Int light;         // index in the scene's table
   bool at_infinity;  // true or false for all lanes alike
   Mask lanes;
-  Spectrum radiance;  // radiance that comes along the path
-  Mask weighed;       // lanes in which samples of lights could have found it ...
-  Float by_lights;    // ... with this density, solid angle
-  Spectrum arriving;  // radiance as the sample takes it, but for the path's throughput; may be changed
+  Spectrum radiance;    // radiance that comes along the path
+  Mask weighed;         // lanes in which samples of lights could have found it ...
+  Float by_lights{};    // ... with this density, solid angle
+  Spectrum arriving{};  // radiance as the sample takes it, but for the path's throughput; may be changed
 };
 
 /// A sample of a light.
