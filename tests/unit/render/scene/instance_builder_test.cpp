@@ -1,11 +1,16 @@
-// Where shapes stand and how they move, of spheres alone.
+// Where shapes stand and how they move.
 #include "render/scene/shape/instance_builder.h"
 
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <numbers>
+
 #include "render/scene/shape/object_graph.h"
+#include "render/shape/key_vertices.h"
 #include "unit/render/scene/names_for_shapes.h"
+#include "wire/mesh_blob.h"
 #include "wire/packed_instances.h"
 
 namespace tessera::render {
@@ -20,7 +25,10 @@ constexpr const char* kSingular = "elements: [0,0,0,0, 0,1,0,0, 0,0,1,0, 0,0,0,1
 
 class InstanceBuilderTest : public NamesForShapes {
  protected:
-  InstanceBuilderTest() { material_table_.materials.resize(1); }
+  InstanceBuilderTest() {
+    material_table_.materials.resize(1);
+    blobs_.add("triangle", wire::encode_mesh({{0, 0, 0, 1, 0, 0, 0, 1, 0}, {}, {}, {0, 1, 2}}));
+  }
   absl::Status build(const std::string& scene) {
     scene_ = message<v1::Scene>(scene);
     return builder_.build(scene_);
@@ -121,6 +129,47 @@ TEST_F(InstanceBuilderTest, WhatMovesIsAnObjectOfItsOwn) {
   EXPECT_EQ(table_.motion_steps[0].m[3], -1);
   EXPECT_EQ(table_.motion_steps[1].m[3], 4);
   EXPECT_TRUE(warnings_.empty());
+}
+
+TEST_F(InstanceBuilderTest, ManyMeshesThatMoveHaveKeys) {
+  const std::string moves = absl::StrCat("mesh { blob { digest: 'triangle' } } world_from_object { ",
+                                         kIdentity, " } motion { time: 1 place { ", kFiveAlongX, " } } ");
+  std::string some;
+  for (int i = 0; i < 8; ++i) absl::StrAppend(&some, "shapes { ", moves, " }");
+  ASSERT_EQ(build(absl::StrCat(
+                "shapes { ", moves, " area_light {} }", some,
+                "shapes { mesh { blob { digest: 'triangle' } } motion { time: 0.5 turn { "
+                "axis { z: 1 } degrees: 1.5 } } motion { time: 1 } }",
+                "shapes { mesh { blob { digest: 'triangle' } } motion { time: 1 turn { axis { z: 1 } "
+                "degrees: 90 } } }")),
+            absl::OkStatus());
+  // What emits light and what many steps follow are objects.
+  EXPECT_EQ(table_.instances.size(), 2u);
+  ASSERT_EQ(table_.world_shape_count, 9);
+  for (std::size_t i = 0; i < 8; ++i) {
+    const ShapeRecord& shape = table_.shapes[i];
+    EXPECT_TRUE(shape.flags & kDeforms);
+    ASSERT_EQ(shape.key_segments, 1);
+    float corners[3][3];
+    corners_at(table_, shape, 0, 0.25f, corners);
+    EXPECT_FLOAT_EQ(corners[0][0], -1 + 1.25f);
+    EXPECT_FLOAT_EQ(corners[1][0], 1.25f);
+    EXPECT_FLOAT_EQ(corners[2][1], 1);
+  }
+  const ShapeRecord& turned = table_.shapes[8];
+  ASSERT_GT(turned.key_segments, 1);
+  float corners[3][3];
+  corners_at(table_, turned, 0, 1, corners);
+  EXPECT_NEAR(corners[1][0], std::cos(1.5 * std::numbers::pi / 180) - 1, 1e-5);
+  EXPECT_NEAR(corners[1][1], std::sin(1.5 * std::numbers::pi / 180), 1e-5);
+}
+
+TEST_F(InstanceBuilderTest, FewMeshesThatMoveAreObjects) {
+  ASSERT_EQ(build(absl::StrCat("shapes { mesh { blob { digest: 'triangle' } } world_from_object_end { ",
+                               kFiveAlongX, " } }")),
+            absl::OkStatus());
+  EXPECT_EQ(table_.world_shape_count, 0);
+  EXPECT_EQ(table_.instances.size(), 1u);
 }
 
 TEST_F(InstanceBuilderTest, LeavesOutWhatIsFlat) {

@@ -21,7 +21,7 @@ const char* kind_without_light(const v1::Shape& shape) {
 
 absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool as_triangles,
                           const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
-                          const std::stop_token& stop) {
+                          const std::stop_token& stop, std::span<const Transform> later_places) {
   const ShapeKindRow* const row = find_shape_kind(shape);
   if (row == nullptr || row->add == nullptr)
     return absl::InvalidArgumentError("its kind is missing or unknown");
@@ -31,6 +31,7 @@ absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_o
                    .table = table,
                    .record = record,
                    .as_triangles = as_triangles,
+                   .later_places = later_places,
                    .stop = stop});
 }
 

@@ -2,6 +2,7 @@
 // out. `placed` is render space, or the space of an object.
 #pragma once
 
+#include <span>
 #include <stop_token>
 
 #include "absl/status/status.h"
@@ -15,10 +16,11 @@ namespace tessera::render {
 
 // add_geometry.cpp
 /// A shape of any kind but combinations. `as_triangles`: flat shapes as the triangles that they consist of.
-/// Throws Stopped once a stop is requested, from within a mesh too.
+/// `later_places`: where a mesh stands at later keys, evenly spaced; empty for all that stands still, and for
+/// other kinds. Throws Stopped once a stop is requested, from within a mesh too.
 absl::Status add_geometry(const v1::Shape& shape, const Transform& placed_from_object, bool as_triangles,
                           const BlobSource& blobs, ShapeTable& table, ShapeRecord& record,
-                          const std::stop_token& stop = {});
+                          const std::stop_token& stop = {}, std::span<const Transform> later_places = {});
 /// The name of a kind that an error is for where it has an area light; null for others.
 const char* kind_without_light(const v1::Shape& shape);
 

@@ -23,6 +23,19 @@ void reserve(std::size_t more, std::vector<InstanceRecord>& records) {
   if (wanted > records.capacity()) records.reserve(std::max(wanted, grown));
 }
 
+/// Up to so many, meshes that move are objects: rays that meet one search a tree that stands still. Where
+/// many move, rays would go through the boxes of many objects (decision 0066 has figures).
+constexpr int kFewMovingMeshes = 8;
+/// Each step is a copy of the mesh's vertices.
+constexpr int kMostStepsAsKeys = 8;
+
+/// Whether a shape moves and may be a mesh with keys: between two steps, vertices go as straight as matrices
+/// do.
+bool may_have_keys(const v1::Shape& shape, const Motion& motion) {
+  return motion.moves() && motion.segments() <= kMostStepsAsKeys && shape.has_mesh() &&
+         shape.mesh().later_blobs().empty() && !shape.has_area_light();
+}
+
 /// x -> -x, which is its own inverse.
 Transform point_reflection() {
   Transform t;
@@ -38,6 +51,7 @@ absl::Status InstanceBuilder::build(const v1::Scene& scene, v1::Nesting asked,
   if (auto s = read_all_instances(); !s.ok()) return s;
   const Shapes& shapes = scene.shapes();
   const auto place = [&](int i) { return place_in_scene("shape", i, shapes[i].name()); };
+  if (auto s = count_moving_meshes(shapes); !s.ok()) return s;
   const auto moving = add_still(shapes, space_.from_world, place, false);
   if (!moving.ok()) return moving.status();
   table_.world_shape_count = static_cast<std::int32_t>(table_.shapes.size());
@@ -86,26 +100,35 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
     throw_if_stopped(stop_);
     const v1::Shape& shape = shapes[i];
     const std::string where = place(i);
-    const auto moves_too = moves(shape);
-    if (!moves_too.ok()) return located(moves_too.status(), where);
-    if (*moves_too || (instanced && (shape.has_half_space() || shape.has_area_light()))) {
+    const auto motion = Motion::of(shape);
+    if (!motion.ok()) return located(motion.status(), where);
+    std::vector<Transform> later_places;
+    if (meshes_have_keys_ && !instanced && may_have_keys(shape, *motion)) {
+      for (int step = 1; step <= motion->segments(); ++step)
+        later_places.push_back(placed_from_shapes *
+                               motion->at(static_cast<double>(step) / motion->segments()));
+      warn_of_roughness(motion->steps(), where);
+    } else if (motion->moves() || (instanced && (shape.has_half_space() || shape.has_area_light()))) {
       moving.push_back(i);
       continue;
     }
-    const auto shapes_from_object = Transform::from_proto(shape.world_from_object());
-    if (!shapes_from_object.ok()) return located(shapes_from_object.status(), where);
-    if (auto s = add_shape(shape, placed_from_shapes * *shapes_from_object, shapes_before_ + i + 1, instanced,
-                           where);
+    if (auto s = add_shape(shape, placed_from_shapes * motion->at(0), shapes_before_ + i + 1, instanced,
+                           where, later_places);
         !s.ok())
       return located(s, where);
   }
   return moving;
 }
 
-absl::StatusOr<bool> InstanceBuilder::moves(const v1::Shape& shape) {
-  const auto motion = Motion::of(shape);
-  if (!motion.ok()) return motion.status();
-  return motion->moves();
+absl::Status InstanceBuilder::count_moving_meshes(const Shapes& shapes) {
+  int count = 0;
+  for (int i = 0; i < shapes.size(); ++i) {
+    const auto motion = Motion::of(shapes[i]);
+    if (!motion.ok()) return located(motion.status(), place_in_scene("shape", i, shapes[i].name()));
+    count += may_have_keys(shapes[i], *motion);
+  }
+  meshes_have_keys_ = count > kFewMovingMeshes;
+  return absl::OkStatus();
 }
 
 bool InstanceBuilder::stands_alone(const ObjectPart& part) const {
@@ -134,9 +157,10 @@ void InstanceBuilder::move_lamps_forward() {
 }
 
 absl::Status InstanceBuilder::add_shape(const v1::Shape& shape, const Transform& placed_from_object,
-                                        std::int32_t number, bool instanced, const std::string& where) {
+                                        std::int32_t number, bool instanced, const std::string& where,
+                                        std::span<const Transform> later_places) {
   const std::size_t first = table_.shapes.size();
-  if (auto s = shapes_.add(shape, placed_from_object, instanced, where); !s.ok()) return s;
+  if (auto s = shapes_.add(shape, placed_from_object, instanced, where, later_places); !s.ok()) return s;
   for (std::size_t i = first; i < table_.shapes.size(); ++i) table_.shapes[i].number = number;
   return absl::OkStatus();
 }

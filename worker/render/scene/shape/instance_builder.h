@@ -1,6 +1,7 @@
 // Where shapes stand: in the world, in objects that instances place, and on their way while the shutter is
-// open. A shape that moves is an object of its own, placed by a moving instance. So is one of an object that
-// emits light, once for each of its places in the world.
+// open. A shape that moves is an object of its own, placed by a moving instance; of many meshes that move,
+// those that few steps follow have vertices of several keys instead. An emitting shape of an object is an
+// object of its own, too, once for each of its places in the world.
 #pragma once
 
 #include <functional>
@@ -72,8 +73,8 @@ class InstanceBuilder {
   /// Fills written_world_ and written_objects_.
   absl::Status read_all_instances();
 
-  /// Whether `shape` is placed by a moving instance.
-  static absl::StatusOr<bool> moves(const v1::Shape& shape);
+  /// Sets whether meshes that move are to have keys.
+  absl::Status count_moving_meshes(const Shapes& shapes);
   /// Whether a part has to stand in the world by itself: one without end must not count for the size of a
   /// group, and light is emitted at one place.
   bool stands_alone(const ObjectPart& part) const;
@@ -89,7 +90,8 @@ class InstanceBuilder {
                                                 const std::string& where);
   /// Builds a shape; its records have the scene's `number`.
   absl::Status add_shape(const v1::Shape& shape, const Transform& placed_from_object, std::int32_t number,
-                         bool instanced, const std::string& where);
+                         bool instanced, const std::string& where,
+                         std::span<const Transform> later_places = {});
   /// Warns of a motion that its steps do not follow closely.
   void warn_of_roughness(const MotionSteps& steps, const std::string& where);
   absl::Status add_moving(const Shapes& shapes, const std::vector<int>& moving);
@@ -122,7 +124,8 @@ class InstanceBuilder {
   const v1::Scene* scene_ = nullptr;
   Written written_world_;
   std::vector<Written> written_objects_;
-  std::vector<int> placed_;  // the object of each of the world's instances
+  bool meshes_have_keys_ = false;  // those of the world that move and whose motion few steps follow
+  std::vector<int> placed_;        // the object of each of the world's instances
   std::vector<ObjectParts> object_parts_;
   std::vector<std::uint64_t> uses_;        // instances of each that are still to be built
   std::vector<std::string> moving_names_;  // shapes of the world: the first of ShapeTable::instances

@@ -99,7 +99,8 @@ void append_triangles(const wire::MeshView& mesh, const Vertex* vertices, bool w
 }
 
 /// Appends the vertices of a later key of the mesh `record`, which follow those before it.
-absl::Status append_key(const ShapeToAdd& wanted, const wire::MeshView& mesh) {
+absl::Status append_key(const ShapeToAdd& wanted, const wire::MeshView& mesh,
+                        const Transform& placed_from_object) {
   ShapeTable& table = wanted.table;
   const ShapeRecord& record = wanted.record;
   const auto count = static_cast<std::size_t>(record.vertex_count);
@@ -112,14 +113,22 @@ absl::Status append_key(const ShapeToAdd& wanted, const wire::MeshView& mesh) {
     return absl::InvalidArgumentError("it has no normals, where the mesh that it is a key of has some");
   const std::size_t first = table.vertices.size();
   if (auto s = check_size(first + count, 0); !s.ok()) return s;
-  if (!append_vertices(mesh, wanted.placed_from_object, table.vertices, wanted.stop))
+  if (!append_vertices(mesh, placed_from_object, table.vertices, wanted.stop))
     return absl::InvalidArgumentError(kNotFinite);
   Vertex* const placed = table.vertices.data() + first;
   const Vertex* const own = table.vertices.data() + record.first_vertex;
   for (std::size_t i = 0; i < count; ++i) placed[i].u = own[i].u, placed[i].v = own[i].v;
   Transform object_from_placed;
-  if (with_normals && wanted.placed_from_object.invert(object_from_placed))
+  if (with_normals && placed_from_object.invert(object_from_placed))
     set_normals(mesh, object_from_placed, wanted.shape.reverse_orientation(), placed);
+  return absl::OkStatus();
+}
+
+/// The same mesh at all later places.
+absl::Status append_places(const ShapeToAdd& wanted, const wire::MeshView& mesh) {
+  for (const Transform& place : wanted.later_places) {
+    if (auto s = append_key(wanted, mesh, place); !s.ok()) return s;
+  }
   return absl::OkStatus();
 }
 
@@ -138,16 +147,24 @@ absl::Status add_mesh(const ShapeToAdd& wanted) {
                    });
       !s.ok())
     return s;
+  const auto set_keys = [&](int segments) {
+    wanted.record.flags |= kDeforms;
+    wanted.record.key_segments = segments;
+  };
+  if (!wanted.later_places.empty()) {
+    set_keys(static_cast<int>(wanted.later_places.size()));
+    return add(message.blob(), [&](const wire::MeshView& mesh) { return append_places(wanted, mesh); });
+  }
   if (message.later_blobs().empty()) return absl::OkStatus();
   if (message.later_blobs_size() > kMostKeySegments) {
     return absl::InvalidArgumentError(
         absl::StrCat("it has ", message.later_blobs_size(), " later keys; at most ", kMostKeySegments));
   }
-  wanted.record.flags |= kDeforms;
-  wanted.record.key_segments = message.later_blobs_size();
+  set_keys(message.later_blobs_size());
   for (int i = 0; i < message.later_blobs_size(); ++i) {
-    const auto status =
-        add(message.later_blobs(i), [&](const wire::MeshView& mesh) { return append_key(wanted, mesh); });
+    const auto status = add(message.later_blobs(i), [&](const wire::MeshView& mesh) {
+      return append_key(wanted, mesh, wanted.placed_from_object);
+    });
     if (!status.ok()) return located(status, absl::StrCat("later_blobs[", i, "]"));
   }
   return absl::OkStatus();

@@ -8,7 +8,7 @@
 namespace tessera::render {
 
 absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
-                               const std::string& where) {
+                               const std::string& where, std::span<const Transform> later_places) {
   ShapeRecord record;
   const auto material = inputs_.materials.find(shape.material());
   if (!material.ok()) return material.status();
@@ -25,8 +25,8 @@ absl::Status ShapeBuilder::add(const v1::Shape& shape, const Transform& placed_f
   if (shape.has_csg()) return add_combination(shape, placed_from_object, where, record);
   // Lights that are flat are sampled as triangles and rectangles.
   const bool as_triangles = shape.has_area_light() || inputs_.triangles_only;
-  if (auto s =
-          add_geometry(shape, placed_from_object, as_triangles, inputs_.blobs, table_, record, inputs_.stop);
+  if (auto s = add_geometry(shape, placed_from_object, as_triangles, inputs_.blobs, table_, record,
+                            inputs_.stop, later_places);
       !s.ok())
     return s;
   const std::int32_t index = append(shape, where, record);

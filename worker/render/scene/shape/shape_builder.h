@@ -2,6 +2,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -39,9 +40,10 @@ class ShapeBuilder {
       : inputs_(inputs), table_(table), warnings_(warnings) {}
 
   /// Adds a shape, unless there would be nothing of it to be seen. Those of objects (`instanced`) that emit
-  /// light wait for their places. Warnings name `where`; InvalidArgument does not.
+  /// light wait for their places. A mesh may stand elsewhere at later keys (add_geometry()). Warnings name
+  /// `where`; InvalidArgument does not.
   absl::Status add(const v1::Shape& shape, const Transform& placed_from_object, bool instanced,
-                   const std::string& where);
+                   const std::string& where, std::span<const Transform> later_places = {});
 
   /// Whether a shape of an object emits light: each of its places in the world is a shape and lights of its
   /// own.

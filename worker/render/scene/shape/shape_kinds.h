@@ -20,8 +20,9 @@ struct ShapeToAdd {
   const BlobSource& blobs;
   ShapeTable& table;
   ShapeRecord& record;
-  bool as_triangles = false;   // flat shapes as the triangles that they consist of
-  std::stop_token stop = {};   // meshes throw Stopped once it is requested
+  bool as_triangles = false;                     // flat shapes as the triangles that they consist of
+  std::span<const Transform> later_places = {};  // of a mesh, at later keys
+  std::stop_token stop = {};                     // meshes throw Stopped once it is requested
   Transform* exact = nullptr;  // if wanted: where its object space was placed, in double precision
 };
 
