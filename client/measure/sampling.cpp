@@ -107,14 +107,12 @@ absl::Status Round::run(ReadLight light, const std::vector<std::uint64_t>& wante
       std::uint64_t left = wanted[cell];
       while (left > 0) {
         if (pixels_ == kMostPixels) {
+          if (absl::Status s = finish(light, seed); !s.ok()) return s;
+          added = nullptr;
           if (time_is_up()) {
-            // Light of the other kind would be read with the same probes.
-            camera_.Clear(), blobs_.clear(), order_.clear(), pixels_ = 0;
             sampled_.stopped = true;
             return absl::OkStatus();
           }
-          if (absl::Status s = finish(light, seed); !s.ok()) return s;
-          added = nullptr;
         }
         if (added == nullptr) added = &begin(probe, i);
         const std::uint64_t now = std::min(left, kMostPixels - pixels_);
