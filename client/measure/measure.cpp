@@ -22,7 +22,8 @@ void warn_of_black(MeasuredMeter& meter) {
   for (const Reading& reading : meter.readings)
     black +=
         reading.figure.value == 0 && reading.figure.standard_error == 0 && reading.figure.samples > 0 ? 1 : 0;
-  if (black == 0) return;
+  // Some sides of a surface may well be dark.
+  if (black == 0 || (!meter.meshes.empty() && black < meter.readings.size())) return;
   const std::string who = black == meter.readings.size()
                               ? std::string("no light at all reaches it")
                               : absl::StrCat(black, " of its ", meter.readings.size(), " figures are 0");
