@@ -1,4 +1,6 @@
 // tessera measure SCENE METERS: how much light there is.
+#include <unistd.h>
+
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
@@ -15,6 +17,7 @@
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
+#include "command/measure/error_progress.h"
 #include "command/measure/probe_jobs.h"
 #include "command/render_options.h"
 #include "command/server_option.h"
@@ -23,6 +26,7 @@
 #include "measure/measure.h"
 #include "measure/report/measured_html.h"
 #include "measure/report/measured_table.h"
+#include "measure/report/mesh_maps.h"
 #include "measure/report/plane_maps.h"
 #include "photometry/lamps/lamp_file.h"
 #include "wire/algorithm.h"
@@ -80,24 +84,6 @@ absl::Status check_figures_file(const std::string& path) {
   return absl::InvalidArgumentError(absl::StrCat("'", path, "': figures are written as .csv, .json or .txt"));
 }
 
-/// Shows on stderr how sure the figures are by now.
-class ErrorProgress {
- public:
-  ErrorProgress(bool quiet, double wanted) : quiet_(quiet), wanted_(wanted) {}
-
-  void show(double worst, std::uint64_t samples) const {
-    if (quiet_) return;
-    std::cerr << absl::StreamFormat("%s samples: the worst figure is within %.3g %%", absl::StrCat(samples),
-                                    100 * worst);
-    if (wanted_ > 0) std::cerr << absl::StreamFormat(" (wanted: %.3g %%)", 100 * wanted_);
-    std::cerr << '\n';
-  }
-
- private:
-  const bool quiet_;
-  const double wanted_;
-};
-
 /// The file of an intensity meter, the first one.
 absl::Status write_lamp(const std::string& path, const v1::MeterList& list, const Measured& measured) {
   for (int i = 0; i < list.meters_size(); ++i) {
@@ -113,8 +99,8 @@ absl::Status write_lamp(const std::string& path, const v1::MeterList& list, cons
   return absl::InvalidArgumentError("--lamp-file is of an intensity meter with a name, and there is none");
 }
 
-/// Maps of all planes, as pictures and as values.
-absl::Status write_maps(const std::string& folder, const Measured& measured) {
+/// Maps of all planes and surfaces, as pictures and as values; surfaces as meshes, too.
+absl::Status write_maps(const std::string& folder, const Measured& measured, bool y_up) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   for (std::size_t m = 0; m < measured.meters.size(); ++m) {
@@ -126,11 +112,21 @@ absl::Status write_maps(const std::string& folder, const Measured& measured) {
         if (absl::Status s = write_plane_map(measured, meter, meter.planes[p], {}, path); !s.ok()) return s;
       }
     }
+    for (std::size_t p = 0; p < meter.meshes.size(); ++p) {
+      for (const char* const extension : {".png", ".exr", ".ply"}) {
+        const std::string path =
+            (std::filesystem::path(folder) / absl::StrCat(m + 1, "-mesh-", p + 1, extension)).string();
+        if (absl::Status s = write_mesh_map(meter, meter.meshes[p], {.maps = {}, .y_up = y_up}, path);
+            !s.ok())
+          return s;
+      }
+    }
   }
   return absl::OkStatus();
 }
 
 int write_figures(const MeasureOptions& options, const v1::MeterList& list, const Measured& measured) {
+  const bool y_up = list.up() == v1::MeterList::Y;
   const std::string text = measured_text(measured, {.all_cells = options.all_cells});
   if (options.output.empty()) std::cout << text;
   absl::Status written;
@@ -141,11 +137,11 @@ int write_figures(const MeasureOptions& options, const v1::MeterList& list, cons
   if (absl::EndsWithIgnoreCase(options.output, ".txt")) written = write_file(options.output, text);
   if (!options.html.empty()) {
     MeasuredReportOptions how;
-    how.y_up = list.up() == v1::MeterList::Y;
+    how.y_up = y_up;
     written.Update(write_file(options.html, measured_html(measured, how)));
   }
   if (!options.lamp.empty()) written.Update(write_lamp(options.lamp, list, measured));
-  if (!options.maps.empty()) written.Update(write_maps(options.maps, measured));
+  if (!options.maps.empty()) written.Update(write_maps(options.maps, measured, y_up));
   return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
 }
 
@@ -182,14 +178,16 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
     sampling.time_is_up = [&] {
       return std::chrono::duration<double>(Clock::now() - start).count() >= *options.seconds;
     };
-  const ErrorProgress progress(options.scene.quiet, sampling.error);
-  sampling.progress = [&](double worst, std::uint64_t samples) { progress.show(worst, samples); };
+  ErrorProgress error_progress(progress_mode(STDERR_FILENO, options.scene.quiet), std::cerr, sampling.error,
+                               terminal_columns(STDERR_FILENO));
+  sampling.progress = [&](const SamplingProgress& progress) { error_progress.show(progress); };
   const MeasureRenderers renderers{[&](const ProbeJob& job) { return jobs.render(job); },
                                    [&](const PictureJob& job) { return jobs.render(job); },
                                    [&](const ProbeJob& job, const v1::Light& light, std::string sky) {
                                      return jobs.render(job, light, std::move(sky));
                                    }};
   const auto run = measure(*plan, *scene, file, algorithm, sampling, renderers);
+  error_progress.finish();
   if (!options.scene.quiet) {
     for (const std::string& warning : jobs.warnings()) std::cerr << "warning: " << warning << '\n';
   }
@@ -207,6 +205,8 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
   }
   const int written = write_figures(options, file.list, run->measured);
   if (written != kDone || !run->stopped) return written;
+  if (run->measured.worst_meter.empty() || run->measured.wanted_error == 0)
+    return report(kIncomplete, "the time is up before all figures have their samples");
   return report(kIncomplete, absl::StrFormat("the time is up: %s is within %.3g %%, not %.3g %%",
                                              run->measured.worst_meter, 100 * run->measured.worst_error,
                                              100 * run->measured.wanted_error));
@@ -247,12 +247,12 @@ void add_measure_command(CommandLine& line) {
   command.add("-o,--output", options->output, "the figures: .csv, .json or .txt; else they are printed")
       .type_name("FILE");
   command.add("--html", options->html, "a page with maps, tables and how it was measured").type_name("FILE");
-  command.add("--maps", options->maps, "maps of planes in false colours (.png) and as values (.exr)")
+  command.add("--maps", options->maps, "maps in false colours (.png) and as values (.exr, meshes .ply)")
       .type_name("FOLDER");
   command.add("--lamp-file", options->lamp, "the intensity meter as IES LM-63 (.ies) or EULUMDAT (.ldt)")
       .type_name("FILE");
   command.add_flag("--all-cells", options->all_cells,
-                   "every cell of planes in tables, not their means alone");
+                   "every cell and triangle in tables, not their means alone");
   command
       .add("--error", options->sampling.error,
            "goes on until 95 % intervals are within this part of their figures: 0.01")

@@ -94,6 +94,7 @@ struct YearPoint {
 /// Probes and the places of their points.
 struct YearPlan {
   v1::ProbeCamera camera;
+  std::vector<SceneBlob> blobs;
   std::vector<YearPoint> points;
   std::vector<MeasuredPlane> planes;
 };
@@ -105,6 +106,9 @@ absl::StatusOr<YearPlan> plan_of_year(const v1::AnnualDaylightMeter& meter, cons
   for (const v1::Receiver& receiver : meter.receivers()) {
     const auto place = place_of(receiver, scene, up);
     if (!place.ok()) return place.status();
+    if (place->mesh)
+      return absl::InvalidArgumentError("a year is of points, planes and whole surfaces: not by_triangle");
+    plan.blobs.insert(plan.blobs.end(), place->blobs.begin(), place->blobs.end());
     v1::Probe& probe = *plan.camera.add_probes();
     probe = place->probe;
     probe.set_kind(v1::Probe::PLANE);
@@ -123,6 +127,7 @@ absl::Status fill(const YearPlan& plan, const SkyPatches& patches, std::size_t p
                   Coefficients& coefficients) {
   ProbeJob job;
   job.camera = plan.camera;
+  job.blobs = plan.blobs;
   job.light = light;
   const std::uint64_t pixels = plan.points.size() * kYears;
   job.width = static_cast<std::uint32_t>(std::min<std::uint64_t>(256, pixels));

@@ -1,5 +1,7 @@
 #include "measure/measure.h"
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <iterator>
 #include <limits>
@@ -7,6 +9,8 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "measure/ratio.h"
 
 namespace tessera::client {
 
@@ -18,7 +22,8 @@ void warn_of_black(MeasuredMeter& meter) {
   for (const Reading& reading : meter.readings)
     black +=
         reading.figure.value == 0 && reading.figure.standard_error == 0 && reading.figure.samples > 0 ? 1 : 0;
-  if (black == 0) return;
+  // Some sides of a surface may well be dark.
+  if (black == 0 || (!meter.meshes.empty() && black < meter.readings.size())) return;
   const std::string who = black == meter.readings.size()
                               ? std::string("no light at all reaches it")
                               : absl::StrCat(black, " of its ", meter.readings.size(), " figures are 0");
@@ -50,8 +55,12 @@ class Measurer {
   absl::StatusOr<std::vector<MeasuredMeter>> measure_part_of_picture(const PlannedMeter& planned,
                                                                      const v1::RadianceMeter& meter) const;
 
-  PictureSampling picture_sampling() const {
-    return {.samples = options_.samples, .seed = options_.seed, .cd_per_m2 = scene_.cd_per_m2};
+  /// Pictures of different meters have seeds far apart: their errors are independent.
+  PictureSampling picture_sampling(const PlannedMeter& planned) const {
+    const auto number = static_cast<std::uint64_t>(*planned.apart);
+    return {.samples = options_.samples,
+            .seed = options_.seed + ((number + 1) << 40),
+            .cd_per_m2 = scene_.cd_per_m2};
   }
 
   const MeasuredScene& scene_;
@@ -62,8 +71,8 @@ class Measurer {
 
 absl::StatusOr<std::vector<MeasuredMeter>> Measurer::measure_part_of_picture(
     const PlannedMeter& planned, const v1::RadianceMeter& meter) const {
-  const auto figure =
-      measure_area(meter.area(), scene_.picture, planned.factor, picture_sampling(), renderers_.picture);
+  const auto figure = measure_area(meter.area(), scene_.picture, planned.factor, picture_sampling(planned),
+                                   renderers_.picture);
   if (!figure.ok()) return figure.status();
   MeasuredMeter made;
   made.name = planned.name, made.quantity = planned.quantity, made.unit = planned.unit;
@@ -77,7 +86,7 @@ absl::StatusOr<std::vector<MeasuredMeter>> Measurer::measure_apart(const Planned
   const bool y_up = file_.list.up() == v1::MeterList::Y;
   switch (meter.kind_case()) {
     case v1::Meter::kGlare:
-      return measure_glare(meter.glare(), planned.name, y_up, picture_sampling(), renderers_.picture);
+      return measure_glare(meter.glare(), planned.name, y_up, picture_sampling(planned), renderers_.picture);
     case v1::Meter::kAnnualDaylight: {
       const std::string folder = std::filesystem::path(file_.path).parent_path().string();
       return measure_year(meter.annual_daylight(), planned.name, folder, scene_.imported, y_up,
@@ -92,7 +101,7 @@ absl::StatusOr<std::vector<MeasuredMeter>> Measurer::measure_apart(const Planned
 MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sampled) {
   MeasuredMeter meter;
   meter.name = planned.name, meter.quantity = planned.quantity, meter.unit = planned.unit;
-  meter.planes = planned.planes, meter.warnings = planned.warnings;
+  meter.planes = planned.planes, meter.meshes = planned.meshes, meter.warnings = planned.warnings;
   for (const PlannedReading& reading : planned.readings)
     meter.readings.push_back({reading.label, reading.position, reading.normal, figure_of(reading, sampled)});
   warn_of_black(meter);
@@ -100,15 +109,43 @@ MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sample
   return meter;
 }
 
+/// The figures of a meter over those of another.
+MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const MeasuredMeter& over) {
+  MeasuredMeter meter;
+  meter.name = planned.name, meter.quantity = planned.quantity, meter.unit = planned.unit;
+  meter.planes = of.planes, meter.meshes = of.meshes;
+  std::size_t without = 0;
+  for (std::size_t i = 0; i < of.readings.size(); ++i) {
+    const Figure& below = over.readings[partner_of(i, over.readings.size())].figure;
+    Reading& reading = meter.readings.emplace_back(of.readings[i]);
+    reading.figure = ratio_of(of.readings[i].figure, below, planned.ratio->kind);
+    without += std::isnan(reading.figure.value) && !std::isnan(of.readings[i].figure.value) ? 1 : 0;
+  }
+  if (without > 0) meter.warnings.push_back(absl::StrCat(without, " of its figures are over 0"));
+  return meter;
+}
+
+void note_worst(double error, const std::string& meter, Measured& result) {
+  if (error > result.worst_error) result.worst_error = error, result.worst_meter = meter;
+}
+
 void find_worst(const MeasurePlan& plan, const SampledCells& sampled, Measured& result) {
   for (const PlannedMeter& meter : plan.meters) {
-    for (const PlannedReading& reading : meter.readings) {
-      const double error = relative_error(reading, sampled);
-      if (!(error > result.worst_error)) continue;
-      result.worst_error = error;
-      result.worst_meter = meter.name;
-    }
+    for (const PlannedReading& reading : meter.readings)
+      note_worst(relative_error(reading, sampled), meter.name, result);
   }
+}
+
+/// Pictures and years take the samples that they are told to, whatever error is wanted: ratios of them may
+/// lack some.
+void judge_ratio(const PlannedMeter& planned, double wanted, MeasuredMeter& meter, Measured& result) {
+  double worst = 0;
+  for (const Reading& reading : meter.readings)
+    worst = std::max(worst, relative_error_of_ratio(reading.figure, planned.ratio->kind));
+  note_worst(worst, planned.name, result);
+  if (wanted > 0 && worst > wanted)
+    meter.warnings.push_back(absl::StrFormat(
+        "it is within %.2g %%, not %.2g %%: areas of the picture take --samples", 100 * worst, 100 * wanted));
 }
 
 }  // namespace
@@ -134,7 +171,7 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
     for (std::size_t i = 0; i < plan.meters.size(); ++i) {
       const PlannedMeter& planned = plan.meters[i];
       const bool is_year = planned.apart && file.list.meters(*planned.apart).has_annual_daylight();
-      if (is_year != years) continue;
+      if (is_year != years || planned.ratio) continue;
       if (!planned.apart) {
         by_planned[i] = {read_cells(planned, *sampled)};
         continue;
@@ -144,6 +181,13 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
         return absl::Status(made.status().code(), absl::StrCat(planned.name, ": ", made.status().message()));
       by_planned[i] = *std::move(made);
     }
+  }
+  for (std::size_t i = 0; i < plan.meters.size(); ++i) {
+    const PlannedMeter& planned = plan.meters[i];
+    if (!planned.ratio) continue;
+    by_planned[i] = {
+        divide(planned, by_planned[planned.ratio->of].front(), by_planned[planned.ratio->over].front())};
+    judge_ratio(planned, run.stopped ? 0 : options.error, by_planned[i].front(), result);
   }
   for (std::vector<MeasuredMeter>& meters : by_planned) {
     for (MeasuredMeter& meter : meters) {

@@ -3,6 +3,7 @@
 
 #include <ImathVec.h>
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -33,6 +34,15 @@ struct MeasuredPlane {
   std::size_t first_reading = 0;  // in the meter's readings
 };
 
+/// A surface whose triangles have a reading each, in their order. Those without area have no value.
+struct MeasuredMesh {
+  std::string shape;
+  std::vector<Imath::V3d> vertices;  // world space
+  std::vector<std::array<std::uint32_t, 3>> triangles;
+  bool turned = false;            // light is received against cross(b - a, c - a)
+  std::size_t first_reading = 0;  // in the meter's readings
+};
+
 struct MeasuredMeter {
   std::string name;
   std::string quantity;   // "illuminance"
@@ -40,6 +50,7 @@ struct MeasuredMeter {
   std::string algorithm;  // the integrator; empty: a closed form
   std::vector<Reading> readings;
   std::vector<MeasuredPlane> planes;
+  std::vector<MeasuredMesh> meshes;
   std::vector<std::string> warnings;
 };
 

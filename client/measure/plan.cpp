@@ -33,6 +33,7 @@ std::size_t Planner::add_probe(const ReceiverPlace& place, v1::Probe::Kind kind,
   added.light = light;
   added.first_cell = plan_.cells;
   added.cells = place.positions.size();
+  added.blobs = place.blobs, added.triangles = place.triangles;
   plan_.cells += added.cells;
   return added.first_cell;
 }
@@ -52,12 +53,26 @@ void Planner::add_cells(const ReceiverPlace& place, std::size_t first_cell, doub
     meter.planes.push_back(*place.plane);
     meter.planes.back().first_reading = meter.readings.size();
   }
-  const std::size_t columns = place.plane ? place.plane->columns : 1;
+  if (place.mesh) {
+    meter.meshes.push_back(*place.mesh);
+    meter.meshes.back().first_reading = meter.readings.size();
+  }
+  const auto label_of = [&](std::size_t cell) {
+    if (place.mesh) return absl::StrCat(cell);
+    if (!place.plane) return absl::StrCat(meter.readings.size() + 1);
+    return absl::StrCat(cell % place.plane->columns + 1, " ", cell / place.plane->columns + 1);
+  };
   for (std::size_t cell = 0; cell < place.positions.size(); ++cell) {
-    PlannedReading& reading =
-        add_reading(place.plane ? absl::StrCat(cell % columns + 1, " ", cell / columns + 1)
-                                : absl::StrCat(meter.readings.size() + 1));
+    PlannedReading& reading = add_reading(label_of(cell));
     reading.position = place.positions[cell], reading.normal = place.normal;
+    if (place.mesh) {
+      const CellTriangle& triangle = place.triangles[cell];
+      if (!(triangle.area() > 0)) {
+        reading.constant = std::numeric_limits<double>::quiet_NaN();
+        continue;
+      }
+      reading.normal = (triangle.edge_u % triangle.edge_v).normalized() * (place.probe.inward() ? -1.0 : 1.0);
+    }
     reading.terms = {{first_cell + cell, factor, channel_}};
     reading.over = over;
   }
@@ -186,6 +201,9 @@ absl::Status Planner::add(int number) {
       return begun(LightQuantity::kIrradiance, [&] { return set_apart(); });
     case v1::Meter::kGlare:
       return begun(LightQuantity::kRadiance, [&] { return set_apart(); });
+    case v1::Meter::kRatio:
+      if (!meter.unit().empty()) return fault("a ratio has no unit");
+      return begun(LightQuantity::kRadiance, [&] { return add_ratio(meter.ratio()); });
     case v1::Meter::KIND_NOT_SET:
       break;
   }
@@ -226,6 +244,10 @@ absl::StatusOr<MeasurePlan> plan_of(const MeterFile& file, const MeasuredScene& 
     if (planner.cells() > kMostCells)
       return absl::ResourceExhaustedError(absl::StrCat(file.path, ": its meters have more than ", kMostCells,
                                                        " cells: coarser planes take less memory"));
+  }
+  for (int i = 0; faults.empty() && i < file.list.meters_size(); ++i) {
+    if (const absl::Status s = planner.check_ratio(i); !s.ok())
+      faults.emplace_back(static_cast<std::size_t>(i), std::string(s.message()));
   }
   if (absl::Status s = file.status_of(faults); !s.ok()) return s;
   return planner.take();

@@ -11,6 +11,7 @@
 
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
+#include "measure/cell_triangle.h"
 #include "measure/measured.h"
 #include "measure/meter_file.h"
 #include "measure/reading_channels.h"
@@ -26,6 +27,8 @@ struct PlannedProbe {
   v1::Probe probe;  // but for its pixels
   ReadLight light = ReadLight::kAll;
   std::size_t first_cell = 0, cells = 1;
+  std::vector<SceneBlob> blobs{};         // meshes that the scene does not have
+  std::vector<CellTriangle> triangles{};  // of each cell, where each is a probe of its own
 };
 
 /// The reading of a cell in a channel, times a factor.
@@ -44,11 +47,19 @@ struct PlannedReading {
   std::optional<std::size_t> over;
 };
 
+/// The figures of a meter over those of another, by their numbers in the plan.
+struct PlannedRatio {
+  v1::RatioMeter::Kind kind = v1::RatioMeter::QUOTIENT;
+  std::size_t of = 0, over = 0;
+};
+
 struct PlannedMeter {
   std::string name, quantity, unit;
   std::vector<PlannedReading> readings;
   std::vector<MeasuredPlane> planes;
+  std::vector<MeasuredMesh> meshes;
   std::vector<std::string> warnings;
+  std::optional<PlannedRatio> ratio;  // there are no readings here then
   // Number of the meter in its file, of those that are read of pictures or of many skies, and have no
   // readings here.
   std::optional<int> apart;

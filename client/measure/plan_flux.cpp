@@ -8,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "measure/planner.h"
+#include "measure/surfaces.h"
 #include "photometry/units/light_unit.h"
 
 namespace tessera::client {
@@ -119,6 +120,7 @@ absl::Status Planner::add_flux(const v1::FluxMeter& meter) {
   if (!meter.light().empty()) return fault("the flux of a light by its name is not measured yet");
   return for_each_place(meter.receivers(), [&](ReceiverPlace& place) {
     if (place.probe.has_point()) return fault("flux is of planes and surfaces");
+    if (place.mesh) return fault("flux is that of a whole surface: by_triangle is no part of it");
     const bool sees_surface = meter.side() == v1::FluxMeter::ABSORBED ||
                               meter.side() == v1::FluxMeter::EMITTED ||
                               meter.side() == v1::FluxMeter::LEAVING;

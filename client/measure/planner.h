@@ -26,6 +26,9 @@ class Planner {
 
   /// Adds the meter of this number in the file. InvalidArgument says what is wrong with it.
   absl::Status add(int number);
+  /// Checks a ratio once all meters are added without fault. InvalidArgument where its meters do not go
+  /// together.
+  absl::Status check_ratio(int number) const;
   MeasurePlan take() { return std::move(plan_); }
   std::size_t cells() const { return plan_.cells; }
 
@@ -38,6 +41,7 @@ class Planner {
   absl::Status add_flux(const v1::FluxMeter& meter);
   absl::Status add_daylight_factor(const v1::DaylightFactorMeter& meter);
   absl::Status add_energy_balance();
+  absl::Status add_ratio(const v1::RatioMeter& meter);
   absl::Status set_apart();
 
   /// Names what the meter measures in the unit that it asks for, and keeps the factor from radiance.

@@ -9,6 +9,7 @@
 
 #include "absl/status/statusor.h"
 #include "import/input/imported_scene.h"
+#include "measure/cell_triangle.h"
 #include "measure/measured.h"
 #include "tessera/v1/meter.pb.h"
 #include "tessera/v1/probe.pb.h"
@@ -22,7 +23,14 @@ struct ReceiverPlace {
   std::vector<Imath::V3d> positions;  // of the cells
   Imath::V3d normal{};                // unit length; 0 where it differs
   std::optional<MeasuredPlane> plane;
+  std::vector<SceneBlob> blobs;  // meshes of the probe that the scene does not have
+  // Where each cell is a triangle of a surface: theirs, and the mesh. The probe is of none of them yet.
+  std::vector<CellTriangle> triangles;
+  std::optional<MeasuredMesh> mesh;
 };
+
+/// Part of a receiver's width: far enough from a surface that rounding does not put it behind.
+inline constexpr double kReceiverOffset = 1e-4;
 
 /// InvalidArgument with what is wrong. `up`: of points that have no normal.
 absl::StatusOr<ReceiverPlace> place_of(const v1::Receiver& receiver, const ImportedScene& scene,
@@ -30,10 +38,6 @@ absl::StatusOr<ReceiverPlace> place_of(const v1::Receiver& receiver, const Impor
 
 /// The place on the other side of the same surface.
 ReceiverPlace other_side(ReceiverPlace place);
-
-/// The surface of a shape of the scene. InvalidArgument names the nearest name where there is no such shape,
-/// and shapes whose surfaces cannot be read.
-absl::StatusOr<ReceiverPlace> surface_of(const v1::Shape& shape, const ImportedScene& scene, bool inside);
 
 /// All shapes of the scene that have this name.
 std::vector<const v1::Shape*> shapes_named(const ImportedScene& scene, const std::string& name);

@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 #include "image/metrics.h"
+#include "measure/ratio.h"
 
 namespace tessera::client {
 
@@ -33,21 +36,24 @@ struct CellPixels {
 class Round {
  public:
   Round(const MeasurePlan& plan, const SamplingOptions& options, const RenderProbes& render,
-        SampledCells& sampled)
-      : plan_(plan), options_(options), render_(render), sampled_(sampled) {}
+        SampledCells& sampled, SamplingProgress& progress)
+      : plan_(plan), options_(options), render_(render), sampled_(sampled), progress_(progress) {}
 
   absl::Status run(const std::vector<std::uint64_t>& wanted, std::uint64_t& seed);
 
  private:
   absl::Status run(ReadLight light, const std::vector<std::uint64_t>& wanted, std::uint64_t& seed);
   absl::Status finish(ReadLight light, std::uint64_t& seed);
+  v1::Probe& begin(const PlannedProbe& probe, std::size_t cell);
   bool time_is_up() const { return options_.time_is_up && options_.time_is_up(); }
 
   const MeasurePlan& plan_;
   const SamplingOptions& options_;
   const RenderProbes& render_;
   SampledCells& sampled_;
+  SamplingProgress& progress_;
   v1::ProbeCamera camera_;
+  std::vector<SceneBlob> blobs_;
   std::vector<CellPixels> order_;
   std::uint64_t pixels_ = 0;
 };
@@ -56,6 +62,7 @@ absl::Status Round::finish(ReadLight light, std::uint64_t& seed) {
   if (pixels_ == 0) return absl::OkStatus();
   ProbeJob job;
   job.camera.Swap(&camera_);
+  job.blobs = std::exchange(blobs_, {});
   job.light = light;
   job.spp = sampled_.samples_per_pixel;
   job.width = static_cast<std::uint32_t>(std::min<std::uint64_t>(kWidth, pixels_));
@@ -69,8 +76,23 @@ absl::Status Round::finish(ReadLight light, std::uint64_t& seed) {
   for (const CellPixels& run : order_) {
     for (std::uint64_t i = 0; i < run.pixels; ++i) sampled_.cells[run.cell].add(picture->pixels[pixel++]);
   }
+  progress_.samples += pixels_ * sampled_.samples_per_pixel;
+  if (options_.progress) options_.progress(progress_);
   camera_.Clear(), order_.clear(), pixels_ = 0;
   return absl::OkStatus();
+}
+
+/// Adds the probe to the job, without pixels: of a cell that is a triangle, the one of that.
+v1::Probe& Round::begin(const PlannedProbe& probe, std::size_t cell) {
+  v1::Probe& added = *camera_.add_probes();
+  added = probe.probe;
+  if (!probe.triangles.empty()) place_on(probe.triangles[cell], added);
+  added.mutable_pixels_of_cells()->Resize(probe.triangles.empty() ? static_cast<int>(probe.cells) : 1, 0);
+  for (const SceneBlob& blob : probe.blobs) {
+    const auto is_it = [&](const SceneBlob& other) { return other.ref.digest() == blob.ref.digest(); };
+    if (std::ranges::none_of(blobs_, is_it)) blobs_.push_back(blob);
+  }
+  return added;
 }
 
 absl::Status Round::run(ReadLight light, const std::vector<std::uint64_t>& wanted, std::uint64_t& seed) {
@@ -79,20 +101,22 @@ absl::Status Round::run(ReadLight light, const std::vector<std::uint64_t>& wante
     v1::Probe* added = nullptr;
     for (std::size_t i = 0; i < probe.cells; ++i) {
       const std::size_t cell = probe.first_cell + i;
+      const bool is_triangle = !probe.triangles.empty();
+      if (is_triangle && !(probe.triangles[i].area() > 0)) continue;
+      if (is_triangle) added = nullptr;
       std::uint64_t left = wanted[cell];
       while (left > 0) {
         if (pixels_ == kMostPixels) {
-          if (time_is_up()) return absl::OkStatus();
           if (absl::Status s = finish(light, seed); !s.ok()) return s;
           added = nullptr;
+          if (time_is_up()) {
+            sampled_.stopped = true;
+            return absl::OkStatus();
+          }
         }
-        if (added == nullptr) {
-          added = camera_.add_probes();
-          *added = probe.probe;
-          added->mutable_pixels_of_cells()->Resize(static_cast<int>(probe.cells), 0);
-        }
+        if (added == nullptr) added = &begin(probe, i);
         const std::uint64_t now = std::min(left, kMostPixels - pixels_);
-        added->set_pixels_of_cells(static_cast<int>(i), static_cast<std::uint32_t>(now));
+        added->set_pixels_of_cells(is_triangle ? 0 : static_cast<int>(i), static_cast<std::uint32_t>(now));
         order_.push_back({cell, now});
         pixels_ += now, left -= now;
       }
@@ -133,6 +157,8 @@ Figure figure_of(const PlannedReading& reading, const SampledCells& sampled) {
   figure.value = reading.constant;
   double variance = 0, by_freedom = 0;
   const auto add_variance = [&](const CellSums& cell, double part) {
+    // The time was up before this cell was read.
+    if (cell.pixels() == 0) figure.value = std::numeric_limits<double>::quiet_NaN();
     variance += part;
     if (cell.pixels() > 1) by_freedom += part * part / static_cast<double>(cell.pixels() - 1);
     figure.samples += cell.pixels() * sampled.samples_per_pixel;
@@ -166,6 +192,79 @@ double relative_error(const PlannedReading& reading, const SampledCells& sampled
   return student_t_quantile(0.05, std::max(1.0, figure.degrees_of_freedom)) * figure.standard_error / whole;
 }
 
+namespace {
+
+/// Says after a round which cells need more pixels.
+class Judge {
+ public:
+  /// `error`: that is wanted; 0: none is. `heavy_tails_go_on`: figures that rest on one pixel are not sure
+  /// yet, however small their spread.
+  Judge(const MeasurePlan& plan, double error, bool heavy_tails_go_on, const SampledCells& sampled)
+      : plan_(plan),
+        error_(error),
+        heavy_tails_go_on_(heavy_tails_go_on),
+        sampled_(sampled),
+        wanted_(plan.cells, 0) {}
+
+  void judge_all() {
+    for (const PlannedMeter& meter : plan_.meters) {
+      if (meter.ratio) judge_ratio(meter);
+      for (const PlannedReading& reading : meter.readings) {
+        const double more = note(relative_error(reading, sampled_), meter);
+        const bool is_heavy = error_ > 0 && heavy_tails_go_on_ && has_heavy_tail(reading, sampled_);
+        ask(reading, more > 0 ? more : is_heavy ? 1 : 0);
+      }
+    }
+  }
+
+  double worst() const { return worst_; }
+  const std::string& worst_meter() const { return worst_meter_; }
+  bool is_done() const { return is_done_; }
+  std::vector<std::uint64_t> take_wanted() { return std::move(wanted_); }
+
+ private:
+  void judge_ratio(const PlannedMeter& meter) {
+    const PlannedMeter &of = plan_.meters[meter.ratio->of], &over = plan_.meters[meter.ratio->over];
+    // Parts of pictures have their own numbers of samples.
+    if (of.apart || over.apart) return;
+    for (std::size_t i = 0; i < of.readings.size(); ++i) {
+      const PlannedReading& below = over.readings[partner_of(i, over.readings.size())];
+      const auto kind = meter.ratio->kind;
+      const Figure figure = ratio_of(figure_of(of.readings[i], sampled_), figure_of(below, sampled_), kind);
+      const double more = note(relative_error_of_ratio(figure, kind), meter);
+      ask(of.readings[i], more), ask(below, more);
+    }
+  }
+
+  /// Takes note of a figure's error; returns how many more pixels it needs, for each that it has.
+  double note(double now, const PlannedMeter& meter) {
+    if (now > worst_) worst_ = now, worst_meter_ = meter.name;
+    return error_ > 0 ? more_for(now, error_) : 0;
+  }
+
+  void ask(const PlannedReading& reading, double more) {
+    if (more == 0) return;
+    is_done_ = false;
+    for (const CellTerm& term : reading.terms) ask(term.cell, more);
+    if (reading.over) ask(*reading.over, more);
+  }
+  void ask(std::size_t cell, double more) {
+    const double has = static_cast<double>(sampled_.cells[cell].pixels());
+    wanted_[cell] = std::max(wanted_[cell], static_cast<std::uint64_t>(std::ceil(has * more)));
+  }
+
+  const MeasurePlan& plan_;
+  const double error_;
+  const bool heavy_tails_go_on_;
+  const SampledCells& sampled_;
+  std::vector<std::uint64_t> wanted_;
+  double worst_ = 0;
+  std::string worst_meter_;
+  bool is_done_ = true;
+};
+
+}  // namespace
+
 absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const SamplingOptions& options,
                                           const RenderProbes& render) {
   SampledCells sampled;
@@ -178,37 +277,20 @@ absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const Samplin
       std::max(kFirstPixels, (samples + sampled.samples_per_pixel - 1) / sampled.samples_per_pixel);
   std::vector<std::uint64_t> wanted(plan.cells, pixels);
   std::uint64_t seed = options.seed;
+  SamplingProgress progress;
   for (int round = 0; round < kMostRounds; ++round) {
-    if (absl::Status s = Round(plan, options, render, sampled).run(wanted, seed); !s.ok()) return s;
-    std::ranges::fill(wanted, 0);
-    double worst = 0;
-    std::uint64_t taken = 0;
-    for (const CellSums& cell : sampled.cells) taken += cell.pixels() * sampled.samples_per_pixel;
-    bool done = true;
-    for (const PlannedMeter& meter : plan.meters) {
-      for (const PlannedReading& reading : meter.readings) {
-        const double now = relative_error(reading, sampled);
-        worst = std::max(worst, now);
-        double more = options.error > 0 ? more_for(now, options.error) : 0;
-        // A figure that rests on one pixel is not sure yet, however small its spread.
-        if (options.error > 0 && more == 0 && round < kMostHeavyRounds && has_heavy_tail(reading, sampled))
-          more = 1;
-        if (more == 0) continue;
-        done = false;
-        const auto ask = [&](std::size_t cell) {
-          const double has = static_cast<double>(sampled.cells[cell].pixels());
-          wanted[cell] = std::max(wanted[cell], static_cast<std::uint64_t>(std::ceil(has * more)));
-        };
-        for (const CellTerm& term : reading.terms) ask(term.cell);
-        if (reading.over) ask(*reading.over);
-      }
-    }
-    if (options.progress) options.progress(worst, taken);
-    if (done) break;
+    if (absl::Status s = Round(plan, options, render, sampled, progress).run(wanted, seed); !s.ok()) return s;
+    progress.rounds = round + 1;
+    Judge judge(plan, options.error, round < kMostHeavyRounds, sampled);
+    judge.judge_all();
+    progress.worst = judge.worst(), progress.worst_meter = judge.worst_meter();
+    if (options.progress) options.progress(progress);
+    if (judge.is_done() || sampled.stopped) break;
     if (options.time_is_up && options.time_is_up()) {
       sampled.stopped = true;
       break;
     }
+    wanted = judge.take_wanted();
   }
   return sampled;
 }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -16,6 +17,7 @@ namespace tessera::client {
 /// A picture whose pixels are readings: rows of `width` pixels, each the mean of `spp` samples.
 struct ProbeJob {
   v1::ProbeCamera camera;
+  std::vector<SceneBlob> blobs;  // meshes of the probes that the scene does not have
   std::uint32_t width = 1, height = 1, spp = 1;
   std::uint64_t seed = 0;
   ReadLight light = ReadLight::kAll;
@@ -65,12 +67,20 @@ class CellSums {
 /// 300 times, of more hardly ever.
 inline constexpr double kHeavyShare = 0.5;
 
+/// How far sampling is.
+struct SamplingProgress {
+  std::uint64_t samples = 0;  // so far, of all cells
+  int rounds = 0;             // that are over
+  double worst = 0;           // relative_error() of the worst figure after the last of them
+  std::string worst_meter = {};
+};
+
 struct SamplingOptions {
   std::uint64_t samples = 4096;  // of each cell, where no error is wanted
   double error = 0;              // half of a 95 % interval over its figure; 0: none is wanted
   std::uint64_t seed = 0;
   std::function<bool()> time_is_up = {};  // ends between two jobs; absent: never
-  std::function<void(double worst, std::uint64_t samples)> progress = {};  // after each round
+  std::function<void(const SamplingProgress& progress)> progress = {};  // after each job, and each round
 };
 
 struct SampledCells {

@@ -70,14 +70,15 @@ class FalseColorDrawing {
 
   /// One pixel a cell, or as many as the page has of them for values between the middles.
   Pixels colors() const {
-    if (!options_.smooth) return false_color_pixels(grid_, scale_, options_.map);
+    const PageColor missing = options_.ground.value_or(kMissingColor);
+    if (!options_.smooth) return false_color_pixels(grid_, scale_, options_.map, missing);
     const auto pixels = [&](double length, std::size_t cells) {
       const double each = length / layout_.pixel / static_cast<double>(cells);
       return static_cast<std::size_t>(std::max(1.0, std::floor(each)));
     };
     const ValueGrid fine = enlarged(grid_, pixels(layout_.map.width, grid_.columns),
                                     pixels(layout_.map.height, grid_.rows), true);
-    return false_color_pixels(fine, scale_, options_.map);
+    return false_color_pixels(fine, scale_, options_.map, missing);
   }
 
   void draw_titles() {
@@ -169,7 +170,7 @@ class FalseColorDrawing {
 
   void draw_legend() {
     const bool some_missing =
-        std::ranges::any_of(grid_.values, [](double value) { return std::isnan(value); });
+        !options_.ground && std::ranges::any_of(grid_.values, [](double value) { return std::isnan(value); });
     const PageBox bar{layout_.map.x + layout_.map.width + kLegendGap, layout_.map.y + 18, kLegendBar,
                       std::max(60.0, layout_.map.height - 18 - (some_missing ? 26 : 0))};
     constexpr std::uint32_t kSteps = 256;
@@ -255,11 +256,12 @@ ValueGrid enlarged(const ValueGrid& grid, std::size_t across, std::size_t down, 
   return large;
 }
 
-Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, ColorMap map) {
+Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, ColorMap map,
+                          const PageColor& missing) {
   Pixels pixels{static_cast<std::uint32_t>(grid.columns), static_cast<std::uint32_t>(grid.rows), {}};
   pixels.colors.reserve(grid.values.size());
   for (const double value : grid.values)
-    pixels.colors.push_back(std::isnan(value) ? kMissingColor : map_color(map, scale.place(value)));
+    pixels.colors.push_back(std::isnan(value) ? missing : map_color(map, scale.place(value)));
   return pixels;
 }
 

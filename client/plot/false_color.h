@@ -21,7 +21,9 @@ struct FalseColorOptions {
   double cut = 0;                     // share of the values, the largest, that the scale may leave out
   bool isolines = false;
   double shortest_isoline = 0;  // cells; shorter lines are left out, as noise
-  bool smooth = false;          // values between the middles of cells are linear; else cells have one colour
+  // Colour of NaN where that is beside what is drawn; absent: values are missing, which the legend tells.
+  std::optional<PageColor> ground{};
+  bool smooth = false;  // values between the middles of cells are linear; else cells have one colour
   // Sizes of the whole in the unit of length, which axes then tell; 0: no axes.
   double width = 0, height = 0;
   std::string length_unit;
@@ -37,8 +39,9 @@ struct FalseColorLayout {
 /// The page of a map: cells of pictures keep whole pixels of a PNG, small grids are enlarged.
 FalseColorLayout false_color_layout(const ValueGrid& grid, const FalseColorOptions& options);
 
-/// Colours of values; NaN has that of missing ones.
-Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, ColorMap map);
+/// Colours of values; NaN has that of missing ones, or another one.
+Pixels false_color_pixels(const ValueGrid& grid, const ValueScale& scale, ColorMap map,
+                          const PageColor& missing = kMissingColor);
 
 /// The values of `grid` with so many a cell along each side: equal, or linear between the middles of cells.
 ValueGrid enlarged(const ValueGrid& grid, std::size_t across, std::size_t down, bool smooth);

@@ -5,17 +5,15 @@ from __future__ import annotations
 import getpass
 import os
 import re
-import shutil
-import subprocess
 import tempfile
 import uuid
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from types import TracebackType
 
 from tessera import _job
+from tessera._program import repeat_warnings, run_program
 from tessera._wire import (
     MAX_FIND_MISSING,
     Connection,
@@ -239,7 +237,7 @@ class Farm:
         self._tls = tls or os.environ.get("TESSERA_TLS") or None
         self._allow_insecure = allow_insecure
         self.user = user or _user_name()
-        self._program = str(program) if program else None
+        self.program = str(program) if program else None
         self._connection = Connection(self.address, self._tls, allow_insecure, patience)
 
     def close(self) -> None:
@@ -321,21 +319,19 @@ class Farm:
     def submit_file(self, scene: str | Path, *options: str) -> Job:
         """Submits a scene file (pbrt, Mitsuba, Tessera's own ...) by the program `tessera`, whose importers
         read it; `options` are those of `tessera submit`. The program's warnings become Python's."""
-        program = self._program or shutil.which("tessera")
-        if program is None:
-            raise TesseraError("the program tessera is not on the PATH: Farm(program=...)")
-        command = [program, "submit", str(scene), "--detach", "--server", self.address]
-        command += ["--tls", str(self._tls)] if self._tls else []
-        command += ["--allow-insecure"] if self._allow_insecure else []
-        command += ["--user", self.user, *options]
-        ran = subprocess.run(command, capture_output=True, text=True, check=False)
+        words = ["submit", str(scene), "--detach", *self.options(), "--user", self.user, *options]
+        ran = run_program(self.program, words)
         found = re.search(r"^job ([0-9a-f]+)$", ran.stdout, re.MULTILINE)
         if ran.returncode or not found:
             raise TesseraError(ran.stderr.strip() or f"tessera submit ended with {ran.returncode}")
-        for line in ran.stderr.splitlines():
-            if line.startswith("warning: "):
-                warnings.warn(line.removeprefix("warning: "), stacklevel=2)
+        repeat_warnings(ran.stderr, stacklevel=3)
         return Job(self, found[1])
+
+    def options(self) -> list[str]:
+        """The options by which the program `tessera` finds this farm."""
+        words = ["--server", self.address]
+        words += ["--tls", str(self._tls)] if self._tls else []
+        return words + (["--allow-insecure"] if self._allow_insecure else [])
 
     def _upload(self, blobs: Sequence[Blob]) -> None:
         by_digest = {blob.digest: blob for blob in blobs}

@@ -74,6 +74,9 @@ TEST_F(Measure, TellsWhatIsWrongWithMetersAndWhere) {
   refused("meters { iradiance {} }", "meters.textproto:1:20: ");
   refused("meters { unit: \"luxx\" irradiance { receivers { point {} } } }", "lux");
   refused("meters { irradiance { receivers { surface { shape: \"sofa\" } } } }", "there is no shape 'sofa'");
+  refused("meters { irradiance { receivers { surface { shape: \"table\" by_triangle: true } } } }",
+          "meter 1: shape 'table': it has no triangles");
+  refused("meters { ratio { of: \"a\" over: \"b\" } }", "meter 1: there is no meter 'a'");
   refused(kTwoMeters, "is biased: the error", {"--integrator", "whitted"});
   refused(kTwoMeters, "is consistent: the error", {"--integrator", "vcm"});
   refused(
@@ -88,6 +91,29 @@ TEST_F(Measure, EndsWithWhatItHasWhenTheTimeIsUp) {
   EXPECT_EQ(done.status.code, 6);
   EXPECT_THAT(done.err, HasSubstr("the time is up"));
   EXPECT_THAT(read("figures.csv"), HasSubstr("table,illuminance,lx"));
+}
+
+TEST_F(Measure, MapsSurfacesAndDividesMeters) {
+  const std::string scene = write("box.textproto", R"(
+      camera { perspective { fov_degrees: 40 } } film { width: 4 height: 4 }
+      materials { name: "white" diffuse { reflectance { constant { constant: 0.5 } } } }
+      shapes { name: "box" material: "white" box { low: [-1, -1, -1] high: [1, 1, 1] } }
+      lights { point { position { x: 3 y: 2 z: 4 } intensity { rgb { r: 9 g: 9 b: 9 } } } })");
+  const std::string meters = write("box-meters.textproto", R"(
+      meters { name: "sides" irradiance { receivers { surface { shape: "box" by_triangle: true } } } }
+      meters { name: "middle" irradiance { receivers { point { position { z: 1.5 } } } } }
+      meters { name: "against the middle" ratio { of: "sides" over: "middle" } }
+      meters { name: "sky" radiance { area { x1: 0.5 y1: 1 } } })");
+  const support::Finished done =
+      tessera({"measure", scene, meters, "--samples", "64", "-o", path("figures.csv"), "--html",
+               path("figures.html"), "--maps", path("maps"), "--seed", "2"});
+  ASSERT_EQ(done.status.code, 0) << done.err;
+  EXPECT_THAT(read("figures.csv"), HasSubstr("sides,illuminance,lx,11,"));
+  EXPECT_THAT(read("figures.csv"), HasSubstr("against the middle,ratio,1,11,"));
+  EXPECT_THAT(read("figures.html"), HasSubstr("12 triangles of box"));
+  EXPECT_THAT(read("maps/1-mesh-1.ply"), HasSubstr("element face 12"));
+  EXPECT_TRUE(fs::exists(path("maps/3-mesh-1.png")));
+  EXPECT_THAT(done.err, HasSubstr(" samples: "));
 }
 
 TEST_F(Measure, WritesPagesMapsAndTables) {

@@ -118,7 +118,16 @@ void ProbeJobs::warn(const std::string& warning) {
   if (std::ranges::find(warnings_, warning) == warnings_.end()) warnings_.push_back(warning);
 }
 
+/// Meshes of probes go before the scene's blobs, of which the last one may be a patch's.
+void ProbeJobs::add_blobs(const std::vector<SceneBlob>& blobs) {
+  for (const SceneBlob& blob : blobs) {
+    const auto is_it = [&](const SceneBlob& other) { return other.ref.digest() == blob.ref.digest(); };
+    if (std::ranges::none_of(scene_.blobs, is_it)) scene_.blobs.insert(scene_.blobs.begin(), blob);
+  }
+}
+
 absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job) {
+  add_blobs(job.blobs);
   set_film(job.width, job.height, kFilterRadius, scene_.scene);
   set_camera(job, scene_.scene);
   const v1::RenderSettings settings = settings_of(job, options_.job.settings);

@@ -52,6 +52,7 @@ class ProbeJobs {
   absl::StatusOr<Image> run(const PreparedJob& job);
   absl::Status check(const v1::JobSpec& spec);
   absl::Status build(const PreparedJob& job);
+  void add_blobs(const std::vector<SceneBlob>& blobs);
   void warn(const std::string& warning);
 
   ImportedScene& scene_;

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "measure/report/html_style.h"
 #include "measure/report/intervals.h"
+#include "measure/report/mesh_maps.h"
 #include "measure/report/plan_drawing.h"
 #include "measure/report/plane_summary.h"
 
@@ -60,6 +61,7 @@ class Report {
     absl::StrAppend(&page, warnings(), plan());
     for (const MeasuredMeter& meter : measured_.meters) {
       for (const MeasuredPlane& plane : meter.planes) absl::StrAppend(&page, plane_section_of(meter, plane));
+      for (const MeasuredMesh& mesh : meter.meshes) absl::StrAppend(&page, mesh_section_of(meter, mesh));
     }
     absl::StrAppend(&page, table(), method(), "</main>\n</body></html>\n");
     return page;
@@ -117,15 +119,8 @@ class Report {
     const absl::StatusOr<ValueGrid> grid = grid_of(meter, plane);
     if (!grid.ok()) return element("p", markup_escaped(std::string(grid.status().message())));
     const PlaneSummary summary = summary_of(meter, plane);
-    FalseColorOptions look = false_color_of(measured_, meter, plane, options_.maps);
-    look.title = look.subtitle = "";  // the page says it
-    const FalseColorLayout layout = false_color_layout(*grid, look);
-    const std::string unit = unit_label(meter.unit);
-    const std::string map = svg_element(layout.page_width, layout.page_height,
-                                        absl::StrCat("False-colour map of ", meter.quantity, ", ", meter.name,
-                                                     ": ", extreme_text(summary, summary.least), " to ",
-                                                     extreme_text(summary, summary.most), " ", unit),
-                                        [&](Canvas& canvas) { draw_false_color(canvas, *grid, look); });
+    const std::string map =
+        map_of(meter, *grid, false_color_of(measured_, meter, plane, options_.maps), summary);
     std::string diagrams =
         diagram(plane_histogram(meter, *grid, options_.maps), "Histogram of " + meter.name);
     if (plane.columns > 1)
@@ -134,15 +129,44 @@ class Report {
     if (plane.rows > 1)
       absl::StrAppend(&diagrams,
                       section_diagram(meter, plane, {0.5, 0, 0.5, 1}, "Section along v, at half of u"));
-    return absl::StrCat(
-        "<section class=\"plane\">",
-        element("h2", absl::StrCat(markup_escaped(meter.name), ": ", markup_escaped(meter.quantity))),
-        plane_facts(meter, plane, summary), "<figure class=\"map\">", map,
-        "</figure><div class=\"diagrams\">", diagrams, "</div></section>\n");
+    return absl::StrCat(heading(meter),
+                        facts_of(meter, summary, absl::StrFormat("%u \u00d7 %u", plane.columns, plane.rows)),
+                        map, "<div class=\"diagrams\">", diagrams, "</div></section>\n");
   }
 
-  std::string plane_facts(const MeasuredMeter& meter, const MeasuredPlane& plane,
-                          const PlaneSummary& summary) {
+  std::string mesh_section_of(const MeasuredMeter& meter, const MeasuredMesh& mesh) const {
+    const absl::StatusOr<MeshView> view =
+        view_of(meter, mesh, {.maps = options_.maps, .y_up = options_.y_up});
+    if (!view.ok()) return element("p", markup_escaped(std::string(view.status().message())));
+    const PlaneSummary summary = summary_of(meter, mesh);
+    return absl::StrCat(
+        heading(meter),
+        facts_of(meter, summary,
+                 absl::StrCat(mesh.triangles.size(), " triangles of ", markup_escaped(mesh.shape))),
+        map_of(meter, view->values, false_color_of(meter, mesh, options_.maps), summary), "</section>\n");
+  }
+
+  static std::string heading(const MeasuredMeter& meter) {
+    return absl::StrCat(
+        "<section class=\"plane\">",
+        element("h2", absl::StrCat(markup_escaped(meter.name), ": ", markup_escaped(meter.quantity))));
+  }
+
+  static std::string map_of(const MeasuredMeter& meter, const ValueGrid& grid, FalseColorOptions look,
+                            const PlaneSummary& summary) {
+    look.title = look.subtitle = "";  // the page says it
+    const FalseColorLayout layout = false_color_layout(grid, look);
+    const std::string map =
+        svg_element(layout.page_width, layout.page_height,
+                    absl::StrCat("False-colour map of ", meter.quantity, ", ", meter.name, ": ",
+                                 extreme_text(summary, summary.least), " to ",
+                                 extreme_text(summary, summary.most), " ", unit_label(meter.unit)),
+                    [&](Canvas& canvas) { draw_false_color(canvas, grid, look); });
+    return absl::StrCat("<figure class=\"map\">", map, "</figure>");
+  }
+
+  static std::string facts_of(const MeasuredMeter& meter, const PlaneSummary& summary,
+                              const std::string& cells) {
     const std::string unit = unit_markup(meter);
     std::string list = "<dl class=\"facts\">";
     append_fact("Mean", absl::StrCat(plus_minus(summary.mean), " ", unit), list);
@@ -150,7 +174,7 @@ class Report {
     append_fact("Largest", absl::StrCat(extreme_text(summary, summary.most), " ", unit), list);
     append_fact("U<sub>0</sub>, least / mean", absl::StrFormat("%.3f", summary.uniformity_mean), list);
     append_fact("U<sub>1</sub>, least / largest", absl::StrFormat("%.3f", summary.uniformity_most), list);
-    append_fact("Cells", absl::StrFormat("%u \u00d7 %u", plane.columns, plane.rows), list);
+    append_fact("Cells", cells, list);
     if (summary.missing > 0) append_fact("Without a value", absl::StrCat(summary.missing), list);
     if (summary.worst_error > 0)
       append_fact("Worst cell, standard error", percent(summary.worst_error), list);
@@ -208,9 +232,14 @@ class Report {
         absl::StrAppend(
             &rows, row(i + 1, meter, absl::StrFormat("mean of %u \u00d7 %u cells", plane.columns, plane.rows),
                        summary_of(meter, plane).mean));
+      for (const MeasuredMesh& mesh : meter.meshes)
+        absl::StrAppend(
+            &rows,
+            row(i + 1, meter, absl::StrCat("mean of ", mesh.triangles.size(), " triangles of ", mesh.shape),
+                summary_of(meter, mesh).mean));
       std::vector<std::string> places;
       for (std::size_t r = 0; r < meter.readings.size(); ++r) {
-        if (!is_of_plane(meter, r))
+        if (!is_of_map(meter, r))
           places.push_back(row(i + 1, meter, place_of(meter.readings[r]), meter.readings[r].figure));
       }
       const bool many = places.size() > kMostRows;
@@ -236,7 +265,8 @@ class Report {
         "them without bias.</li>",
         "<li>\u00b1 is the standard error of that mean. A 95 % interval is this error times the quantile of "
         "Student's t distribution for the number of estimates.</li>",
-        "<li>The error of a plane's mean is that of independent cells. Its least and largest value are those "
+        "<li>The error of a mean over a plane or a surface is that of independent cells, weighed by their "
+        "areas. Its least and largest value are those "
         "of the cells as measured: noise moves them apart.</li>",
         "<li>The same scene, meters, seed and number of samples give the same figures on any farm.</li>",
         "</ul></section>\n");

@@ -28,25 +28,38 @@ void add_figure(const Figure& figure, Intervals& intervals, Json& object) {
   object["degrees_of_freedom"] = json_number(figure.degrees_of_freedom);
 }
 
-Json json_of(const MeasuredMeter& meter, const MeasuredPlane& plane, Intervals& intervals) {
-  const PlaneSummary summary = summary_of(meter, plane);
+void add_summary(const PlaneSummary& summary, Intervals& intervals, Json& object) {
   Json mean;
   add_figure(summary.mean, intervals, mean);
-  return {{"corner", json_vector(plane.corner, true)},
-          {"edge_u", json_vector(plane.edge_u, true)},
-          {"edge_v", json_vector(plane.edge_v, true)},
-          {"columns", plane.columns},
-          {"rows", plane.rows},
-          {"first_reading", plane.first_reading},
-          {"mean", std::move(mean)},
-          {"min", json_number(summary.least)},
-          {"max", json_number(summary.most)},
-          {"u0", json_number(summary.uniformity_mean)},
-          {"u1", json_number(summary.uniformity_most)}};
+  object["mean"] = std::move(mean);
+  object["min"] = json_number(summary.least), object["max"] = json_number(summary.most);
+  object["u0"] = json_number(summary.uniformity_mean), object["u1"] = json_number(summary.uniformity_most);
+}
+
+Json json_of(const MeasuredMeter& meter, const MeasuredPlane& plane, Intervals& intervals) {
+  Json object{{"corner", json_vector(plane.corner, true)},
+              {"edge_u", json_vector(plane.edge_u, true)},
+              {"edge_v", json_vector(plane.edge_v, true)},
+              {"columns", plane.columns},
+              {"rows", plane.rows},
+              {"first_reading", plane.first_reading}};
+  add_summary(summary_of(meter, plane), intervals, object);
+  return object;
+}
+
+Json json_of(const MeasuredMeter& meter, const MeasuredMesh& mesh, Intervals& intervals) {
+  Json vertices = Json::array();
+  for (const Imath::V3d& vertex : mesh.vertices) vertices.push_back(json_vector(vertex, true));
+  Json object{{"shape", mesh.shape},
+              {"vertices", std::move(vertices)},
+              {"triangles", mesh.triangles},
+              {"first_reading", mesh.first_reading}};
+  add_summary(summary_of(meter, mesh), intervals, object);
+  return object;
 }
 
 Json json_of(const MeasuredMeter& meter, Intervals& intervals) {
-  Json readings = Json::array(), planes = Json::array();
+  Json readings = Json::array(), planes = Json::array(), meshes = Json::array();
   for (const Reading& reading : meter.readings) {
     Json row{{"label", reading.label},
              {"position", json_vector(reading.position, std::isfinite(reading.position.x))},
@@ -55,13 +68,11 @@ Json json_of(const MeasuredMeter& meter, Intervals& intervals) {
     readings.push_back(std::move(row));
   }
   for (const MeasuredPlane& plane : meter.planes) planes.push_back(json_of(meter, plane, intervals));
-  return {{"name", meter.name},
-          {"quantity", meter.quantity},
-          {"unit", meter.unit},
-          {"integrator", meter.algorithm},
-          {"warnings", meter.warnings},
-          {"planes", std::move(planes)},
-          {"readings", std::move(readings)}};
+  for (const MeasuredMesh& mesh : meter.meshes) meshes.push_back(json_of(meter, mesh, intervals));
+  return {{"name", meter.name},          {"quantity", meter.quantity},
+          {"unit", meter.unit},          {"integrator", meter.algorithm},
+          {"warnings", meter.warnings},  {"planes", std::move(planes)},
+          {"meshes", std::move(meshes)}, {"readings", std::move(readings)}};
 }
 
 }  // namespace

@@ -74,23 +74,27 @@ TextRow row_of_figure(const MeasuredMeter& meter, std::string place, const Figur
   return row;
 }
 
-std::string plane_text(const MeasuredMeter& meter, const MeasuredPlane& plane) {
-  const PlaneSummary summary = summary_of(meter, plane);
+std::string text_of(const PlaneSummary& summary) {
   std::string text =
-      absl::StrFormat("%u x %u cells: min %s, max %s, U0 %.3f, U1 %.3f", plane.columns, plane.rows,
-                      extreme_text(summary, summary.least), extreme_text(summary, summary.most),
-                      summary.uniformity_mean, summary.uniformity_most);
+      absl::StrFormat("min %s, max %s, U0 %.3f, U1 %.3f", extreme_text(summary, summary.least),
+                      extreme_text(summary, summary.most), summary.uniformity_mean, summary.uniformity_most);
   if (summary.missing > 0) absl::StrAppend(&text, ", ", summary.missing, " without a value");
   return text;
 }
 
 void append_meter(const MeasuredMeter& meter, const MeasuredTextOptions& options, Intervals& intervals,
                   std::vector<TextRow>& rows) {
-  for (const MeasuredPlane& plane : meter.planes)
-    rows.push_back(row_of_figure(meter, "mean of " + plane_text(meter, plane), summary_of(meter, plane).mean,
+  const auto add = [&](const std::string& cells, const PlaneSummary& summary) {
+    rows.push_back(row_of_figure(meter, absl::StrCat("mean of ", cells, ": ", text_of(summary)), summary.mean,
                                  intervals));
+  };
+  for (const MeasuredPlane& plane : meter.planes)
+    add(absl::StrFormat("%u x %u cells", plane.columns, plane.rows), summary_of(meter, plane));
+  for (const MeasuredMesh& mesh : meter.meshes)
+    add(absl::StrCat(mesh.triangles.size(), " triangles of ", base::printable(mesh.shape)),
+        summary_of(meter, mesh));
   for (std::size_t i = 0; i < meter.readings.size(); ++i) {
-    if (!options.all_cells && is_of_plane(meter, i)) continue;
+    if (!options.all_cells && is_of_map(meter, i)) continue;
     rows.push_back(row_of_figure(meter, place_text(meter.readings[i]), meter.readings[i].figure, intervals));
   }
 }

@@ -125,9 +125,18 @@ void PlanDrawing::draw_meter(Canvas& canvas, const MeasuredMeter& meter, const s
     draw_label(canvas, label, {highest.x + 5, highest.y + 15}, labels);
     is_labelled = true;
   }
+  for (const MeasuredMesh& mesh : meter.meshes) {
+    Imath::V3d sum(0);
+    for (const Imath::V3d& vertex : mesh.vertices) sum += vertex;
+    const PagePoint at =
+        on_page(flat(sum / static_cast<double>(std::max<std::size_t>(1, mesh.vertices.size()))));
+    canvas.disc(at, 5, kPageData);
+    draw_label(canvas, label, {at.x + 8, at.y - 5}, labels);
+    is_labelled = true;
+  }
   for (std::size_t i = 0; i < meter.readings.size(); ++i) {
     const Flat place = flat(meter.readings[i].position);
-    if (!std::isfinite(place.x) || is_of_plane(meter, i)) continue;
+    if (!std::isfinite(place.x) || is_of_map(meter, i)) continue;
     const PagePoint at = on_page(place);
     canvas.disc(at, 3.4, kPageData);
     if (!is_labelled) draw_label(canvas, label, {at.x + 6, at.y - 5}, labels);

@@ -1,4 +1,4 @@
-// A measured plane in few numbers, and as values on a grid.
+// A measured plane in few numbers, and as values on a grid; of a measured surface the numbers.
 #pragma once
 
 #include <cstddef>
@@ -20,8 +20,8 @@ ValueGrid errors_of(const MeasuredMeter& meter, const MeasuredPlane& plane);
 struct PlaneSummary {
   std::size_t cells = 0;    // with a finite value
   std::size_t missing = 0;  // without
-  // Mean of the cells; its error is that of independent cells. Samples are those of all, degrees of freedom
-  // by [Satterthwaite1946].
+  // Mean of the cells, which are weighed by their areas; its error is that of independent cells. Samples are
+  // those of all, degrees of freedom by [Satterthwaite1946].
   Figure mean;
   double least = 0, most = 0;
   double uniformity_mean = 0;  // U0: least / mean
@@ -34,6 +34,10 @@ std::string extreme_text(const PlaneSummary& summary, double value);
 
 /// The plane's cells are within the meter's readings (grid_of).
 PlaneSummary summary_of(const MeasuredMeter& meter, const MeasuredPlane& plane);
+PlaneSummary summary_of(const MeasuredMeter& meter, const MeasuredMesh& mesh);
+
+/// Whether the triangles are within the meter's readings.
+bool is_within(const MeasuredMeter& meter, const MeasuredMesh& mesh);
 
 /// Sides in metres, or in units of the scene where the unit is not said.
 struct PlaneSize {
@@ -42,7 +46,7 @@ struct PlaneSize {
 };
 PlaneSize size_of(const MeasuredPlane& plane, double metres_per_unit);
 
-/// Whether a reading belongs to a plane of its meter.
-bool is_of_plane(const MeasuredMeter& meter, std::size_t reading);
+/// Whether a reading belongs to a plane or a surface of its meter.
+bool is_of_map(const MeasuredMeter& meter, std::size_t reading);
 
 }  // namespace tessera::client

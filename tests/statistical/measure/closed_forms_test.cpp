@@ -188,6 +188,31 @@ TEST(Measure, ReadsAnIntegratingSphere) {
   }
 }
 
+TEST(Measure, ReadsSurfacesByTriangle) {
+  // Under a sky of radiance 1, pi reaches the outside of whatever is convex, and nothing the inside.
+  const std::string box =
+      "shapes { box { low: [-1,-2,-1] high: [1,2,3] } material: 'black' name: 'box' world_from_object { "
+      "elements: [-1,0,0,5, 0,1,0,0, 0,0,2,0, 0,0,0,1] } } ";
+  const std::string receiver = " receivers { surface { shape: 'box' by_triangle: true";
+  expect_measured({.name = "box",
+                   .scene = box + kSky,
+                   .meters = "meters { unit: 'W/m2' irradiance {" + receiver + " } } } } ",
+                   .truths = std::vector<double>(12, kPi)});
+  expect_measured({.name = "inside of a box",
+                   .scene = box + kSky,
+                   .meters = "meters { unit: 'W/m2' irradiance {" + receiver + " inside: true } } } } ",
+                   .truths = std::vector<double>(12, 0)});
+  // The whole of a triangle that faces a far lamp, and a ratio of two meters: cos(60 degrees).
+  expect_measured(
+      {.name = "polygon",
+       .scene = "lights { distant { direction { z: -1 } irradiance { rgb { r: 2 g: 2 b: 2 } } } } shapes { "
+                "polygon { corners: [0,0,0, 1,0,0, 0,0.5,0.8660254] } material: 'black' name: 'roof' } ",
+       .meters =
+           "meters { name: 'roof' unit: 'W/m2' irradiance { receivers { surface { shape: 'roof' } } } } " +
+           point_meter("flat", "x: 3", "z: 1") + "meters { ratio { of: 'roof' over: 'flat' } }",
+       .truths = {1, 2, 0.5}});
+}
+
 TEST(Measure, FollowsLambertAndBeer) {
   expect_measured({.name = "fog that absorbs",
                    .scene = std::string(kPoint) +

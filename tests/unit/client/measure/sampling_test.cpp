@@ -10,6 +10,8 @@
 #include <set>
 #include <vector>
 
+#include "measure/ratio.h"
+
 namespace tessera::client {
 namespace {
 
@@ -117,6 +119,99 @@ TEST(Sampling, DifferencesAreJudgedByWhatTheyAreOf) {
   EXPECT_GT(scene.pixels[0], 400u);
   EXPECT_LT(scene.pixels[0], 2000u);
   EXPECT_LE(relative_error(plan.meters[0].readings[0], *sampled), 0.005);
+}
+
+TEST(Sampling, RatiosAreSampledUntilTheyAreSure) {
+  // Each of two figures within an error is not enough for their quotient.
+  MeasurePlan plan = numbered(plan_of_points(1));
+  const MeasurePlan other = numbered(plan_of_points(2));
+  plan.probes = other.probes, plan.cells = 2;
+  PlannedMeter below = plan.meters[0], ratio;
+  below.readings[0].terms = {{1, 1.0}};
+  ratio.name = "ratio", ratio.ratio = PlannedRatio{v1::RatioMeter::QUOTIENT, 0, 1};
+  plan.meters.push_back(below), plan.meters.push_back(ratio);
+  MadeUpScene scene{{[](auto& r) { return normal(r, 10, 1); }, [](auto& r) { return normal(r, 20, 2); }}};
+  SamplingProgress last;
+  const auto sampled = sample_cells(
+      plan, {.error = 0.01, .seed = 4, .progress = [&](const SamplingProgress& now) { last = now; }},
+      scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  const Figure figure = ratio_of(figure_of(plan.meters[0].readings[0], *sampled),
+                                 figure_of(plan.meters[1].readings[0], *sampled), v1::RatioMeter::QUOTIENT);
+  EXPECT_LE(relative_error_of_ratio(figure, v1::RatioMeter::QUOTIENT), 0.01);
+  // (1.96 x 0.1 x 1.41 / 0.01)^2 = 768 pixels of each, where the figures alone would take 384.
+  EXPECT_GT(scene.pixels[0], 550u);
+  EXPECT_EQ(last.worst_meter, "ratio");
+  EXPECT_LE(last.worst, 0.01);
+  EXPECT_EQ(last.samples, 64 * (scene.pixels[0] + scene.pixels[1]));
+}
+
+TEST(Sampling, TellsTheWorstErrorAfterEachRound) {
+  MeasurePlan plan = numbered(plan_of_points(2));
+  plan.meters.push_back(plan.meters[0]);
+  plan.meters[0].readings.pop_back(), plan.meters[1].readings.erase(plan.meters[1].readings.begin());
+  plan.meters[0].name = "sure", plan.meters[1].name = "noisy";
+  MadeUpScene scene{{[](auto&) { return 5.0; }, [](auto& r) { return normal(r, 10, 4); }}};
+  std::vector<SamplingProgress> told;
+  const auto sampled = sample_cells(
+      plan, {.error = 0.01, .seed = 2, .progress = [&](const SamplingProgress& now) { told.push_back(now); }},
+      scene.renderer());
+  ASSERT_TRUE(sampled.ok());
+  ASSERT_GE(told.size(), 4u);
+  EXPECT_EQ(told.front().rounds, 0) << "after the first job, before figures are judged";
+  double before = 1e9;
+  for (const SamplingProgress& now : told) {
+    if (now.rounds == 0) continue;
+    EXPECT_EQ(now.worst_meter, "noisy");
+    EXPECT_LE(now.worst, before);
+    before = now.worst;
+  }
+  EXPECT_LE(told.back().worst, 0.01);
+}
+
+TEST(Sampling, TrianglesAreProbesOfTheirOwn) {
+  MeasurePlan plan;
+  PlannedProbe& probe = plan.probes.emplace_back();
+  probe.cells = 3, probe.blobs = {unit_triangle()};
+  for (const double size : {1.0, 0.0, 2.0})
+    probe.triangles.push_back({.corner = {size, 0, 0}, .edge_u = {size, 0, 0}, .edge_v = {0, size, 0}});
+  plan.cells = 3;
+  PlannedMeter& meter = plan.meters.emplace_back();
+  for (const std::size_t cell : {0u, 2u}) meter.readings.emplace_back().terms = {{cell, 1.0}};
+  std::vector<ProbeJob> jobs;
+  const auto sampled = sample_cells(plan, {.samples = 1024}, [&](const ProbeJob& job) {
+    jobs.push_back(job);
+    ProbePicture picture;
+    picture.pixels.resize(std::size_t{job.width} * job.height, ChannelValues{1});
+    return picture;
+  });
+  ASSERT_TRUE(sampled.ok());
+  ASSERT_EQ(jobs.size(), 1u);
+  ASSERT_EQ(jobs[0].camera.probes_size(), 2) << "the one without area is left out";
+  EXPECT_EQ(jobs[0].camera.probes(1).mesh().world_from_mesh().elements(0), 2);
+  EXPECT_EQ(jobs[0].camera.probes(1).pixels_of_cells_size(), 1);
+  ASSERT_EQ(jobs[0].blobs.size(), 1u);
+  EXPECT_EQ(jobs[0].blobs[0].ref.digest(), jobs[0].camera.probes(0).mesh().mesh().digest());
+  EXPECT_EQ(sampled->cells[1].pixels(), 0u);
+  EXPECT_EQ(sampled->cells[2].pixels(), 16u);
+}
+
+TEST(Sampling, CellsThatTheTimeDidNotReachHaveNoValue) {
+  // One pixel more than a job has.
+  constexpr std::uint64_t kJobPixels = std::uint64_t{1} << 20;
+  MeasurePlan plan = numbered(plan_of_points(kJobPixels / 16 + 1));
+  std::vector<ReadLight> lights;
+  const auto sampled =
+      sample_cells(plan, {.samples = 1024, .time_is_up = [] { return true; }}, [&](const ProbeJob& job) {
+        lights.push_back(job.light);
+        ProbePicture picture;
+        picture.pixels.resize(std::size_t{job.width} * job.height, ChannelValues{1});
+        return picture;
+      });
+  ASSERT_TRUE(sampled.ok());
+  EXPECT_TRUE(sampled->stopped);
+  EXPECT_EQ(lights, std::vector{ReadLight::kAll}) << "what is left over is not read by light of another kind";
+  EXPECT_TRUE(std::isnan(figure_of(plan.meters[0].readings.back(), *sampled).value));
 }
 
 TEST(Sampling, EndsWhenTheTimeIsUp) {

@@ -31,7 +31,7 @@ TEST(Plane, IsRefusedWhereItsMeterLacksReadings) {
   EXPECT_EQ(summary_of(floor, floor.planes[0]).cells, 0u);
   floor.planes[0].first_reading = ~std::size_t{0};
   EXPECT_FALSE(grid_of(floor, floor.planes[0]).ok());
-  EXPECT_FALSE(is_of_plane(floor, 0));
+  EXPECT_FALSE(is_of_map(floor, 0));
 }
 
 TEST(Plane, IsSummarised) {

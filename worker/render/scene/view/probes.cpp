@@ -5,6 +5,7 @@
 #include <memory>
 #include <numbers>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -59,13 +60,33 @@ absl::Status set_axes(const v1::Probe& probe, ProbeRecord& record) {
   return absl::OkStatus();
 }
 
-absl::Status add_triangles(const v1::ProbeMesh& mesh, const RenderSpace& space, const BlobSource& blobs,
+/// Blobs, of which the one that was read last is kept: the probes of a surface's triangles share theirs.
+class MeshBlobs {
+ public:
+  explicit MeshBlobs(const BlobSource* source) : source_(source) {}
+
+  bool are_there() const { return source_ != nullptr && *source_; }
+  absl::StatusOr<std::string_view> bytes(const std::string& digest) {
+    if (digest == digest_) return last_.bytes;
+    auto bytes = (*source_)(digest);
+    if (!bytes.ok()) return bytes.status();
+    digest_ = digest, last_ = *std::move(bytes);
+    return last_.bytes;
+  }
+
+ private:
+  const BlobSource* source_;
+  std::string digest_;
+  BlobBytes last_;
+};
+
+absl::Status add_triangles(const v1::ProbeMesh& mesh, const RenderSpace& space, MeshBlobs& blobs,
                            ProbeRecord& record, ProbeTable& table) {
   const auto world_from_mesh = Transform::from_proto(mesh.world_from_mesh());
   if (!world_from_mesh.ok()) return world_from_mesh.status();
-  const auto bytes = blobs(mesh.mesh().digest());
+  const auto bytes = blobs.bytes(mesh.mesh().digest());
   if (!bytes.ok()) return bytes.status();
-  const auto view = wire::decode_mesh(bytes->bytes);
+  const auto view = wire::decode_mesh(*bytes);
   if (!view.ok()) return view.status();
   const Transform to_render = space.from_world * *world_from_mesh;
   const bool mirrors = world_from_mesh->determinant() < 0;
@@ -95,8 +116,8 @@ absl::Status add_triangles(const v1::ProbeMesh& mesh, const RenderSpace& space, 
 }
 
 /// The number of cells.
-absl::StatusOr<std::uint64_t> set_place(const v1::Probe& probe, const RenderSpace& space,
-                                        const BlobSource* blobs, ProbeRecord& record, ProbeTable& table) {
+absl::StatusOr<std::uint64_t> set_place(const v1::Probe& probe, const RenderSpace& space, MeshBlobs& blobs,
+                                        ProbeRecord& record, ProbeTable& table) {
   const auto place = [&](const v1::Point3& p, float(&out)[3]) {
     const V3d in_render_space = space.from_world.apply(vector_of(p));
     keep(in_render_space, out);
@@ -126,8 +147,8 @@ absl::StatusOr<std::uint64_t> set_place(const v1::Probe& probe, const RenderSpac
     }
     case v1::Probe::kMesh: {
       record.place = ProbePlace::kMesh;
-      if (blobs == nullptr || !*blobs) return 1;
-      if (auto s = add_triangles(probe.mesh(), space, *blobs, record, table); !s.ok()) return s;
+      if (!blobs.are_there()) return 1;
+      if (auto s = add_triangles(probe.mesh(), space, blobs, record, table); !s.ok()) return s;
       return 1;
     }
     case v1::Probe::kDisk:
@@ -209,13 +230,14 @@ absl::Status set_probes(const v1::Camera& camera, const RenderSpace& space,
   if (auto s = check_camera_of_probes(camera, algorithm); !s.ok()) return s;
   const auto film_pixels = static_cast<std::size_t>(record.width) * static_cast<std::size_t>(record.height);
   auto table = std::make_shared<ProbeTable>();
+  MeshBlobs meshes(blobs);
   for (int i = 0; i < camera.probes().probes_size(); ++i) {
     const v1::Probe& probe = camera.probes().probes(i);
     ProbeRecord& added = table->probes.emplace_back();
     const auto set = [&]() -> absl::Status {
       if (auto s = set_axes(probe, added); !s.ok()) return s;
       if (auto s = set_kind(probe, algorithm, added); !s.ok()) return s;
-      const auto cells = set_place(probe, space, blobs, added, *table);
+      const auto cells = set_place(probe, space, meshes, added, *table);
       if (!cells.ok()) return cells.status();
       return set_pixels(probe, *cells, film_pixels, *table);
     };
