@@ -22,10 +22,16 @@ inline MovedAffine affine_at(const Affine* steps, Int first, Int segments, Float
   const Int before = max(min(to_int(place), segments - 1), 0);
   const Float after_part = place - to_float(before), before_part = 1.0f - after_part;
   const Int row = (first + before) * 12;
+  // Most packets are of one thing that moves: a load serves all of its lanes, where gathers take one each.
+  const std::uint32_t lanes = active.bits();
+  const std::int32_t common = lanes != 0 ? row.lane(__builtin_ctz(lanes)) : 0;
+  const bool is_common = none(and_not(active, row == common));
   MovedAffine moved;
   moved.shift = Float(0.0f);
   for (int i = 0; i < 12; ++i) {
-    const Float a = gather(steps->m + i, row, active), b = gather(steps->m + 12 + i, row, active);
+    const float* const from = steps->m + i;
+    const Float a = is_common ? Float(from[common]) : gather(from, row, active),
+                b = is_common ? Float(from[common + 12]) : gather(from + 12, row, active);
     moved.map.m[i] = fma(before_part, a, after_part * b);
     if (i % 4 == 3) moved.shift = max(moved.shift, fma(before_part, abs(a), after_part * abs(b)));
   }

@@ -156,16 +156,19 @@ Placement placement_at(const ShapeTable& table, Int instance, Float time, Mask p
   const InstanceRecord* instances = table.instances.data();
   const auto* base = reinterpret_cast<const float*>(instances);
   constexpr int kStride = sizeof(InstanceRecord) / sizeof(float);
+  Int segments(0);
+  if (!table.motion_steps.empty())
+    segments = gather_member(instances, &InstanceRecord::segments, instance, placed);
+  const Mask moving = placed & (segments > 0), still = and_not(placed, moving);
   Placement at;
-  for (int i = 0; i < 12; ++i) {
-    at.to.m[i] = gather(base + i, instance * kStride, placed);
-    at.from.m[i] = gather(base + 12 + i, instance * kStride, placed);
+  for (int i = 0; i < 12; ++i) at.to.m[i] = at.from.m[i] = Float(0.0f);
+  if (any(still)) {
+    for (int i = 0; i < 12; ++i) {
+      at.to.m[i] = gather(base + i, instance * kStride, placed);
+      at.from.m[i] = gather(base + 12 + i, instance * kStride, placed);
+    }
   }
   at.shift = largest_coordinate({at.to.m[3], at.to.m[7], at.to.m[11]});
-  if (table.motion_steps.empty()) return at;
-
-  const Int segments = gather_member(instances, &InstanceRecord::segments, instance, placed);
-  const Mask moving = placed & (segments > 0);
   if (none(moving)) return at;
   const Int first = gather_member(instances, &InstanceRecord::first_step, instance, moving);
   const MovedAffine moved = affine_at(table.motion_steps.data(), first, segments, time, moving);
