@@ -24,6 +24,7 @@ std::string write(const TempDir& folder, const std::string& name, const std::str
 
 absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request) {
   const TempDir folder;
+  for (const auto& [name, bytes] : request.files) write(folder, name, bytes);
   auto imported = client::import_scene(write(folder, "scene.textproto", request.scene), {});
   if (!imported.ok()) return imported.status();
   const auto file = client::read_meter_file(write(folder, "meters.textproto", request.meters));

@@ -3,6 +3,8 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "measure/measured.h"
@@ -16,6 +18,7 @@ struct MeasureRequest {
   std::uint64_t samples = 1 << 14;  // of each figure
   double error = 0;                 // as of --error
   std::uint64_t seed = 1;
+  std::vector<std::pair<std::string, std::string>> files = {};  // name and bytes, in the scene's folder
 };
 
 absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);
