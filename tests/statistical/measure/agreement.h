@@ -14,10 +14,10 @@ inline constexpr double kRounding = 3e-6;
 inline constexpr double kMargin = 3e-5;
 
 struct MeasuredCase {
-  std::string name;
-  std::string scene;           // besides scene_with()'s
-  std::string meters;          // in radiometric units, or others
-  std::vector<double> truths;  // of all readings, one meter after the other
+  std::string name = {};
+  std::string scene = {};           // besides scene_with()'s
+  std::string meters = {};          // in radiometric units, or others
+  std::vector<double> truths = {};  // of all readings, one meter after the other
   std::string algorithm = "path";
   std::uint64_t samples = 1 << 15;  // of a seed; the long form takes 16 times as many
   std::string medium = {};

@@ -10,7 +10,9 @@
 
 namespace tessera::test {
 
-using closed_forms::Point;
+namespace forms = closed_forms;
+using forms::Point;
+using forms::operator-;
 
 /// The number with all its digits.
 inline std::string number(double x) { return absl::StrFormat("%.17g", x); }
@@ -91,10 +93,10 @@ inline std::string panel(const Point& corner, const Point& edge_u, const Point& 
 /// Object space whose origin is at `middle` and whose z axis goes along `axis`, of unit length.
 inline std::string placed(const Point& middle, const Point& axis) {
   const Point other = std::abs(axis[0]) < 0.5 ? Point{1, 0, 0} : Point{0, 1, 0};
-  Point u = closed_forms::cross(other, axis);
-  const double size = closed_forms::length(u);
+  Point u = forms::cross(other, axis);
+  const double size = forms::length(u);
   for (double& x : u) x /= size;
-  const Point v = closed_forms::cross(axis, u);
+  const Point v = forms::cross(axis, u);
   std::string elements;
   for (std::size_t a = 0; a < 3; ++a)
     absl::StrAppend(&elements, number(u[a]), ", ", number(v[a]), ", ", number(axis[a]), ", ",

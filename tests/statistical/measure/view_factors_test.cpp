@@ -14,8 +14,6 @@
 namespace tessera::test {
 namespace {
 
-namespace forms = closed_forms;
-
 const Point kOrigin = {0, 0, 0}, kX = {1, 0, 0}, kZ = {0, 0, 1}, kDown = {0, 0, -1}, kToMinusX = {-1, 0, 0};
 
 /// A receiver that has a view factor to all light of the scene: its irradiance is pi times that, the
