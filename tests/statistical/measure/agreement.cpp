@@ -45,14 +45,14 @@ void measure_case(const MeasuredCase& test, std::uint64_t first_seed, std::vecto
   const std::size_t first = figures.size();
   for (const double truth : test.truths)
     figures.push_back({.truth = truth, .rounding = test.rounding, .largest_error = test.largest_error});
+  const auto opened = MeasuredText::open({.scene = scene_with(test.scene, test.medium, test.cd_per_m2),
+                                          .meters = test.meters,
+                                          .algorithm = test.algorithm,
+                                          .is_spectral = test.is_spectral,
+                                          .files = test.files});
+  ASSERT_TRUE(opened.ok()) << opened.status();
   for (const std::uint64_t seed : kSeeds) {
-    const auto measured = measure_text({.scene = scene_with(test.scene, test.medium, test.cd_per_m2),
-                                        .meters = test.meters,
-                                        .algorithm = test.algorithm,
-                                        .is_spectral = test.is_spectral,
-                                        .samples = test.samples * (long_form() ? 16 : 1),
-                                        .seed = first_seed + seed,
-                                        .files = test.files});
+    const auto measured = (*opened)->measure(test.samples * (long_form() ? 16 : 1), first_seed + seed);
     ASSERT_TRUE(measured.ok()) << measured.status();
     std::size_t k = first;
     for (const client::MeasuredMeter& meter : measured->meters) {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <utility>
 #include <vector>
@@ -22,6 +23,22 @@ struct MeasureRequest {
 };
 
 absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);
+
+/// A scene with its meters that is measured several times, but built once.
+class MeasuredText {
+ public:
+  static absl::StatusOr<std::unique_ptr<MeasuredText>> open(const MeasureRequest& request);
+  ~MeasuredText();
+
+  /// Measures with `samples` of each figure; the request's own number is not looked at, nor its seed.
+  absl::StatusOr<client::Measured> measure(std::uint64_t samples, std::uint64_t seed);
+
+ private:
+  struct State;
+  explicit MeasuredText(std::unique_ptr<State> state);
+
+  std::unique_ptr<State> state_;
+};
 
 /// A scene of a black disk far away, and `more`: there is something to be hit, and to have bounds. Meters
 /// are in `medium`.
