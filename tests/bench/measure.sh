@@ -11,13 +11,13 @@
 # variables:
 #
 #   TESSERA    the program (build/release/bin/tessera); the coordinator and the worker lie beside it
-#   SAMPLES    of each cell, a multiple of 64 (4096)
+#   SAMPLES    of each cell, a multiple of 64 (1024)
 #   RUNS       of other seeds (3)
 #   PATIENCE   seconds that one worker has for its grid, about (20)
 set -euo pipefail
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 tessera=${TESSERA:-$root/build/release/bin/tessera}
-samples=${SAMPLES:-4096}
+samples=${SAMPLES:-1024}
 runs=${RUNS:-3}
 patience=${PATIENCE:-20}
 columns=16 rows=28 block=8
