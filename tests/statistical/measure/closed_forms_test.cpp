@@ -6,88 +6,16 @@
 #include <string>
 #include <vector>
 
-#include "absl/strings/str_cat.h"
+#include "agreement.h"
 #include "measure_text.h"
 #include "photometry/units/weighting.h"
-#include "support/picture/p_values.h"
+#include "scene_text.h"
 
 namespace tessera::test {
 namespace {
 
 constexpr double kPi = std::numbers::pi;
-/// Radiometric figures of light whose radiance is told in W/(m^2 sr).
-constexpr double kSmallest =
-    1e-4;  // p-value of a test: about 50 of them fail by chance once in 200 runs of other seeds
-constexpr double kLargestError = 0.004;  // relative standard error of any figure
-
-/// Pixels are floats, and so are tables of lights: sums of some tens of roundings of 6e-8.
-constexpr double kRounding = 3e-6;
-/// Shadow rays end before lights by a margin for rounding, by which places of lights seen from afar are off.
-constexpr double kMargin = 3e-5;
-
-struct Case {
-  const char* name;
-  std::string scene;   // besides scene_with()'s
-  std::string meters;  // in radiometric units
-  std::vector<double> truths;
-  const char* algorithm = "path";
-  std::uint64_t samples = 1 << 15;
-  const char* medium = "";
-  bool is_spectral = false;
-  double cd_per_m2 = 683;
-  double rounding = kRounding;
-};
-
-void expect_measured(const Case& test) {
-  SCOPED_TRACE(test.name);
-  std::vector<double> logs(test.truths.size(), 0.0);
-  std::vector<std::string> found(test.truths.size());
-  const std::vector<std::uint64_t> seeds = {1, 1001, 2001};
-  for (const std::uint64_t seed : seeds) {
-    const auto measured = measure_text({.scene = scene_with(test.scene, test.medium, test.cd_per_m2),
-                                        .meters = test.meters,
-                                        .algorithm = test.algorithm,
-                                        .is_spectral = test.is_spectral,
-                                        .samples = test.samples,
-                                        .seed = seed});
-    ASSERT_TRUE(measured.ok()) << measured.status();
-    std::size_t k = 0;
-    for (const client::MeasuredMeter& meter : measured->meters) {
-      for (const client::Reading& reading : meter.readings) {
-        ASSERT_LT(k, test.truths.size());
-        const double truth = test.truths[k], value = reading.figure.value,
-                     error = reading.figure.standard_error;
-        absl::StrAppend(&found[k], " ", meter.name, " ", reading.label, ": ", value, " +- ", error, ", not ",
-                        truth);
-        EXPECT_LE(error, kLargestError * std::max(std::abs(truth), 1e-3)) << found[k];
-        const int freedom = std::max(1, static_cast<int>(reading.figure.degrees_of_freedom));
-        const double p =
-            interval_p_value(value - truth, test.rounding * std::abs(truth) + 1e-9, error, freedom);
-        logs[k] += std::log(std::max(p, 1e-300));
-        ++k;
-      }
-    }
-    ASSERT_EQ(k, test.truths.size());
-  }
-  // Fisher's sum of logarithms: -2 sum is chi-square with two degrees of freedom a seed.
-  for (std::size_t k = 0; k < logs.size(); ++k) {
-    const double half = -logs[k];
-    double tail = 0, term = 1;
-    for (std::size_t i = 0; i < seeds.size(); ++i) {
-      tail += term;
-      term *= half / static_cast<double>(i + 1);
-    }
-    EXPECT_GT(tail * std::exp(-half), kSmallest) << found[k];
-  }
-}
-
-std::string number(double x) { return std::to_string(x); }
-
-std::string point_meter(const std::string& name, const std::string& position, const std::string& normal,
-                        const std::string& shape = "PLANE", const std::string& more = "") {
-  return "meters { name: '" + name + "' unit: 'W/m2' irradiance { shape: " + shape + " " + more +
-         " receivers { point { position { " + position + " } normal { " + normal + " } } } } } ";
-}
+void expect_measured(const MeasuredCase& test) { expect_agreement({test}); }
 
 const char* const kPoint = "lights { point { position { z: 2 } intensity { rgb { r: 3 g: 3 b: 3 } } } } ";
 const char* const kSky = "lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } } ";

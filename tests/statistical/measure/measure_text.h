@@ -2,7 +2,10 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "measure/measured.h"
@@ -16,9 +19,26 @@ struct MeasureRequest {
   std::uint64_t samples = 1 << 14;  // of each figure
   double error = 0;                 // as of --error
   std::uint64_t seed = 1;
+  std::vector<std::pair<std::string, std::string>> files = {};  // name and bytes, in the scene's folder
 };
 
 absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);
+
+/// A scene with its meters that is measured several times, but built once.
+class MeasuredText {
+ public:
+  static absl::StatusOr<std::unique_ptr<MeasuredText>> open(const MeasureRequest& request);
+  ~MeasuredText();
+
+  /// Measures with `samples` of each figure; the request's own number is not looked at, nor its seed.
+  absl::StatusOr<client::Measured> measure(std::uint64_t samples, std::uint64_t seed);
+
+ private:
+  struct State;
+  explicit MeasuredText(std::unique_ptr<State> state);
+
+  std::unique_ptr<State> state_;
+};
 
 /// A scene of a black disk far away, and `more`: there is something to be hit, and to have bounds. Meters
 /// are in `medium`.
