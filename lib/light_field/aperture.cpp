@@ -72,8 +72,8 @@ absl::StatusOr<std::vector<std::pair<std::uint32_t, float>>> camera_weights(cons
       for (int i = 0; i < kPoints; ++i) {
         const double x = 2 * (i + 0.5) / kPoints - 1, y = 2 * (j + 0.5) / kPoints - 1;
         if (!is_open(x, y, aperture)) continue;
-        static_cast<void>(add_point(grid, aperture.x + aperture.radius * x, aperture.y + aperture.radius * y,
-                                    weights));
+        static_cast<void>(
+            add_point(grid, aperture.x + aperture.radius * x, aperture.y + aperture.radius * y, weights));
       }
     }
   }

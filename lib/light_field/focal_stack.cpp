@@ -139,7 +139,8 @@ absl::StatusOr<FocalStack> focal_stack(LightField& field, const Aperture& apertu
   const auto weights = camera_weights(*grid, aperture);
   if (!weights.ok()) return weights.status();
   if (weights->size() < 2)
-    return absl::InvalidArgumentError("one camera alone tells nothing of depth: the aperture has to be wider");
+    return absl::InvalidArgumentError(
+        "one camera alone tells nothing of depth: the aperture has to be wider");
   Stack stack(field, *grid, aperture, options);
   for (const auto& [view, weight] : *weights) stack.add(view, weight);
   return stack.finish();

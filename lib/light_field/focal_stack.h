@@ -23,8 +23,8 @@ struct FocalStack {
 
 /// Planes of focus at distances whose inverses are equally far apart are held against all views within the
 /// aperture: the one at which their colours differ least is the pixel's [Vaish et al. 2006]. Between planes,
-/// a parabola through the least three finds the depth. The depth of the set is not looked at. Errors are those
-/// of refocus().
+/// a parabola through the least three finds the depth. The depth of the set is not looked at. Errors are
+/// those of refocus().
 absl::StatusOr<FocalStack> focal_stack(LightField& field, const Aperture& aperture,
                                        const FocalStackOptions& options);
 

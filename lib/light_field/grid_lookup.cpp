@@ -27,7 +27,8 @@ GridLookup::GridLookup(const CameraGrid& grid, const Imath::V3d& origin, double 
       focus_(static_cast<float>(focus)) {
   const Matrix4 from_world = inverse(grid.world_from_grid).value();
   // A grid of one column is as wide as its spacing, or where that is 0, as anything.
-  const double x = grid.spacing_x > 0 ? 1 / grid.spacing_x : 0, y = grid.spacing_y > 0 ? 1 / grid.spacing_y : 0;
+  const double x = grid.spacing_x > 0 ? 1 / grid.spacing_x : 0,
+               y = grid.spacing_y > 0 ? 1 / grid.spacing_y : 0;
   put_row(from_world, 0, x, 0.5 * (columns_ - 1), origin, to_column_);
   put_row(from_world, 1, -y, 0.5 * (rows_ - 1), origin, to_row_);
   put_row(from_world, 2, 1, 0, origin, to_z_);

@@ -68,7 +68,8 @@ class Interpolator {
       float w = 0;
       if (!look(corners.views[i], p, there, w)) continue;
       all.add(there.rgba, corners.weights[i]);
-      if (by_ == Interpolation::kDepth) seen.add(there.rgba, corners.weights[i] * agreement(there.inverse_z, w));
+      if (by_ == Interpolation::kDepth)
+        seen.add(there.rgba, corners.weights[i] * agreement(there.inverse_z, w));
     }
     return finish(seen.weight > 1e-3f ? seen : all, rgba);
   }
@@ -96,8 +97,10 @@ class Interpolator {
                      [](const Weighed& a, const Weighed& b) { return a.penalty < b.penalty; });
     // Weights go to 0 at the first camera that does not count, so that pictures have no seams.
     const std::size_t used = std::min(count, kCameras);
-    const float threshold =
-        (count > kCameras ? found[kCameras].penalty : count > 0 ? 1.2f * found[count - 1].penalty : 0) + 1e-6f;
+    const float threshold = (count > kCameras ? found[kCameras].penalty
+                             : count > 0      ? 1.2f * found[count - 1].penalty
+                                              : 0) +
+                            1e-6f;
     Blend all, seen;
     for (std::size_t i = 0; i < used; ++i) {
       const float weight =
@@ -205,7 +208,8 @@ struct Tally {
   }
 };
 
-Tally look_up_row(const Interpolator& look, const PictureRequest& request, std::uint32_t y, Picture& picture) {
+Tally look_up_row(const Interpolator& look, const PictureRequest& request, std::uint32_t y,
+                  Picture& picture) {
   std::vector<Ray> rays(request.width);
   request.rays(y, rays);
   Tally tally;
@@ -251,8 +255,8 @@ Tally look_up_band(const Interpolator& look, const PictureRequest& request, std:
 
 absl::Status check_interpolation(const Arrangement& arrangement, Interpolation by) {
   if (by == Interpolation::kLumigraph || !arrangement.grids.empty()) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "its views stand in no grid (", arrangement.kind, "): lumigraph interpolates between such cameras"));
+  return absl::InvalidArgumentError(absl::StrCat("its views stand in no grid (", arrangement.kind,
+                                                 "): lumigraph interpolates between such cameras"));
 }
 
 absl::StatusOr<Picture> interpolate(LightField& field, const PictureRequest& request) {

@@ -20,8 +20,8 @@ struct Ray {
 
 enum class Interpolation : std::uint8_t {
   kQuadrilinear,  // of the sixteen rays around, by the second plane of grids [Levoy & Hanrahan 1996]
-  kDepth,         // the same, where views see the surface that the ray meets [Gortler et al. 1996, section 3.3]
-  kLumigraph      // unstructured lumigraph rendering [Buehler et al. 2001]
+  kDepth,     // the same, where views see the surface that the ray meets [Gortler et al. 1996, section 3.3]
+  kLumigraph  // unstructured lumigraph rendering [Buehler et al. 2001]
 };
 
 struct PictureRequest {
@@ -45,8 +45,8 @@ struct Picture {
 /// InvalidArgument where the views stand in no grid, and the interpolation needs one.
 absl::Status check_interpolation(const Arrangement& arrangement, Interpolation by);
 
-/// Looks up all rays. Bits do not depend on threads. Rays that no view sees, or that lie in damaged tiles, are
-/// missing (LightField::damage() names these). Errors are those of check_interpolation().
+/// Looks up all rays. Bits do not depend on threads. Rays that no view sees, or that lie in damaged tiles,
+/// are missing (LightField::damage() names these). Errors are those of check_interpolation().
 absl::StatusOr<Picture> interpolate(LightField& field, const PictureRequest& request);
 
 }  // namespace tessera::light_field

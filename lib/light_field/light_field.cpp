@@ -10,7 +10,8 @@
 namespace tessera::light_field {
 
 std::string Damage::text() const {
-  if (whole_file) return absl::StrCat("view ", view, ": its file is not there, or not the one that was written");
+  if (whole_file)
+    return absl::StrCat("view ", view, ": its file is not there, or not the one that was written");
   const std::string where = absl::StrCat("view ", view, ", tile ", column, ",", row, ": ");
   if (found == expected) return where + "it cannot be decoded";
   return absl::StrCat(where, "its hash is ", found == 0 ? "that of no bytes" : hash_text(found), ", not ",
@@ -97,8 +98,8 @@ ViewPixels::State ViewPixels::read_locked(std::uint32_t column, std::uint32_t ro
   Damage damage{number_, column, row, false, tile.hash, 0};
   if (file_ == nullptr) {
     auto opened = TileFileReader::open(data_file(folder_, view));
-    const bool fits = opened.ok() && (*opened)->width() == manifest_.width &&
-                      (*opened)->height() == manifest_.height;
+    const bool fits =
+        opened.ok() && (*opened)->width() == manifest_.width && (*opened)->height() == manifest_.height;
     if (!fits) {
       damage.whole_file = true;
       if (damage_.empty()) damage_.push_back(damage);
@@ -114,8 +115,8 @@ ViewPixels::State ViewPixels::read_locked(std::uint32_t column, std::uint32_t ro
   const std::string_view bytes = file_->bytes();
   const bool is_there = tile.offset <= bytes.size() && tile.bytes <= bytes.size() - tile.offset;
   if (is_there) damage.found = tile_hash(bytes.substr(tile.offset, tile.bytes));
-  const std::size_t first =
-      (std::size_t{row} * manifest_.width + column) << shift_;  // (row << shift) * width + (column << shift)
+  const std::size_t first = (std::size_t{row} * manifest_.width + column)
+                            << shift_;  // (row << shift) * width + (column << shift)
   const TileTarget target{reinterpret_cast<float*>(rgba_.get() + first), inverse_z_.get() + first,
                           manifest_.width};
   if (damage.found != tile.hash || !file_->read(column, row, target).ok()) {
@@ -179,7 +180,8 @@ std::vector<Damage> check_view(const Manifest& manifest, const std::string& fold
     const bool is_there = tile.offset <= bytes.size() && tile.bytes <= bytes.size() - tile.offset;
     const std::uint64_t hash = is_there ? tile_hash(bytes.substr(tile.offset, tile.bytes)) : 0;
     if (hash != tile.hash)
-      found.push_back({number, i % manifest.tile_columns(), i / manifest.tile_columns(), false, tile.hash, hash});
+      found.push_back(
+          {number, i % manifest.tile_columns(), i / manifest.tile_columns(), false, tile.hash, hash});
   }
   if (found.empty()) found.push_back(no_file);
   return found;

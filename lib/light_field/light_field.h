@@ -20,7 +20,7 @@ using Rgba = float __attribute__((vector_size(16)));
 /// A tile whose bytes are not those that the manifest names.
 struct Damage {
   std::uint32_t view = 0, column = 0, row = 0;
-  bool whole_file = false;  // the file is not there, or its header is broken
+  bool whole_file = false;                // the file is not there, or its header is broken
   std::uint64_t expected = 0, found = 0;  // hashes; found 0: its bytes are not there
 
   /// "view 3, tile 2,1: its hash is ..., not ...".
@@ -110,8 +110,8 @@ class LightField {
   std::vector<std::unique_ptr<ViewPixels>> pixels_;
 };
 
-/// Holds all bytes of a view's file against the manifest: a damage a tile, one without tiles where the file as
-/// a whole is not the one that was written though its tiles are, or is not there.
+/// Holds all bytes of a view's file against the manifest: a damage a tile, one without tiles where the file
+/// as a whole is not the one that was written though its tiles are, or is not there.
 std::vector<Damage> check_view(const Manifest& manifest, const std::string& folder, std::uint32_t view);
 
 }  // namespace tessera::light_field

@@ -142,7 +142,8 @@ absl::Status check_grid(const CameraGrid& grid, std::size_t views) {
   const std::uint64_t cameras = std::uint64_t{grid.columns} * grid.rows;
   if (cameras == 0 || grid.first_view + cameras > views) {
     return fault(absl::StrCat("grid '", grid.name, "' has ", grid.columns, " x ", grid.rows,
-                              " cameras from view ", grid.first_view, " on, and there are ", views, " views"));
+                              " cameras from view ", grid.first_view, " on, and there are ", views,
+                              " views"));
   }
   const bool spaced = (grid.columns == 1 || grid.spacing_x > 0) && (grid.rows == 1 || grid.spacing_y > 0);
   if (!spaced || !(grid.focus > 0) || !inverse(grid.world_from_grid))
@@ -154,8 +155,8 @@ absl::StatusOr<Manifest> parse(const Json& json) {
   if (json.value("format", "") != kFormat)
     return fault(absl::StrCat("it is no light field: its format is not '", kFormat, "'"));
   if (const int version = json.at("version").get<int>(); version != kVersion) {
-    return fault(absl::StrCat("it is of version ", version, " of the format; this program reads version ",
-                              kVersion));
+    return fault(
+        absl::StrCat("it is of version ", version, " of the format; this program reads version ", kVersion));
   }
   Manifest manifest;
   manifest.width = json.at("width").get<std::uint32_t>();

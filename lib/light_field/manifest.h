@@ -1,5 +1,5 @@
-// The index of a light field: `manifest.json` in the folder of the set. docs/light-field.md describes the file
-// for readers that have no Tessera.
+// The index of a light field: `manifest.json` in the folder of the set. docs/light-field.md describes the
+// file for readers that have no Tessera.
 #pragma once
 
 #include <cstdint>
@@ -53,10 +53,10 @@ struct CameraGrid {
 
 /// How the views stand.
 struct Arrangement {
-  std::string kind = "free";  // "two-plane", "sphere", "box", "free"
-  std::vector<CameraGrid> grids;  // one of "two-plane", up to six of "box"
-  Imath::V3d target{0, 0, 0};     // middle of what is seen, world space
-  double radius = 0;              // of the sphere of cameras; else 0
+  std::string kind = "free";                       // "two-plane", "sphere", "box", "free"
+  std::vector<CameraGrid> grids;                   // one of "two-plane", up to six of "box"
+  Imath::V3d target{0, 0, 0};                      // middle of what is seen, world space
+  double radius = 0;                               // of the sphere of cameras; else 0
   Imath::V3d box_low{0, 0, 0}, box_high{0, 0, 0};  // of "box"
 };
 
@@ -76,9 +76,9 @@ struct Manifest {
   std::uint32_t tile_size = 64;         // a power of two
   bool half = true;                     // colours are 16-bit; depth is always 32-bit
   Compression compression = Compression::kZip;
-  double dwa_level = 0;            // of kDwaa
-  double psnr_db = 0;              // of kDwaa, what it lost; 0: not measured, or nothing lost
-  double metres = 0;               // length of the world's unit; 0: it is not known
+  double dwa_level = 0;  // of kDwaa
+  double psnr_db = 0;    // of kDwaa, what it lost; 0: not measured, or nothing lost
+  double metres = 0;     // length of the world's unit; 0: it is not known
   std::string colour_space = "linear Rec.709";
   Provenance provenance;
   Arrangement arrangement;

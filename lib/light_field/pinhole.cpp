@@ -43,13 +43,19 @@ std::optional<Matrix4> inverse(const Matrix4& m) {
   return result;
 }
 
-Matrix4 looking(const Imath::V3d& place, const Imath::V3d& toward, const Imath::V3d& up) {
+bool mirrors(const Matrix4& m) {
+  const Imath::V3d x(m[0], m[4], m[8]), y(m[1], m[5], m[9]), z(m[2], m[6], m[10]);
+  return x.dot(y.cross(z)) < 0;
+}
+
+Matrix4 looking(const Imath::V3d& place, const Imath::V3d& toward, const Imath::V3d& up, bool mirrored) {
   const Imath::V3d z = toward.normalized();
   Imath::V3d x = up.normalized().cross(z);
   // Up along the axis: any direction across it will do.
   if (x.length() < 1e-6) x = (std::abs(z.x) < 0.5 ? Imath::V3d(1, 0, 0) : Imath::V3d(0, 0, 1)).cross(z);
   x.normalize();
   const Imath::V3d y = z.cross(x);
+  if (mirrored) x = -x;
   return {x.x, y.x, z.x, place.x, x.y, y.y, z.y, place.y, x.z, y.z, z.z, place.z, 0, 0, 0, 1};
 }
 
@@ -58,7 +64,7 @@ Projection Projection::of(const Pinhole& camera, const Imath::V3d& origin) {
   const Imath::V3d x(from_world[0], from_world[1], from_world[2]),
       y(from_world[4], from_world[5], from_world[6]), z(from_world[8], from_world[9], from_world[10]);
   const Imath::V3d there = transformed_point(from_world, origin);
-  const auto put = [](const Imath::V3d& row, double shift, float (&to)[4]) {
+  const auto put = [](const Imath::V3d& row, double shift, float(&to)[4]) {
     to[0] = static_cast<float>(row.x), to[1] = static_cast<float>(row.y), to[2] = static_cast<float>(row.z);
     to[3] = static_cast<float>(shift);
   };

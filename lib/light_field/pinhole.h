@@ -13,8 +13,8 @@ namespace tessera::light_field {
 using Matrix4 = std::array<double, 16>;
 
 /// A point at (X, Y, Z) of camera space (x right, y up, z into the scene) is seen at the place
-/// (cx + fx X / Z, cy - fy Y / Z) of the picture: pixels from its upper left corner, so that the middle of the
-/// first pixel is (0.5, 0.5). World space has any handedness, and the matrix may scale.
+/// (cx + fx X / Z, cy - fy Y / Z) of the picture: pixels from its upper left corner, so that the middle of
+/// the first pixel is (0.5, 0.5). World space has any handedness, and the matrix may scale.
 struct Pinhole {
   Matrix4 world_from_camera{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
   double fx = 1, fy = 1, cx = 0, cy = 0;
@@ -38,9 +38,11 @@ Imath::V3d transformed_point(const Matrix4& m, const Imath::V3d& p);
 Imath::V3d transformed_vector(const Matrix4& m, const Imath::V3d& v);
 /// Nothing where the upper three rows are singular, or no numbers.
 std::optional<Matrix4> inverse(const Matrix4& m);
-/// A camera at `place` that looks along `toward`, its y axis towards `up`; or along any axis where the two are
-/// parallel.
-Matrix4 looking(const Imath::V3d& place, const Imath::V3d& toward, const Imath::V3d& up);
+/// A camera at `place` that looks along `toward`, its y axis towards `up`; or along any axis where the two
+/// are parallel. `mirrored`: its axes have the other handedness, as in worlds where z comes out of pictures.
+Matrix4 looking(const Imath::V3d& place, const Imath::V3d& toward, const Imath::V3d& up, bool mirrored);
+/// Whether the matrix changes the handedness of what it transforms.
+bool mirrors(const Matrix4& m);
 
 /// Where points of world space, less an origin, are seen, in single precision.
 struct Projection {
@@ -49,7 +51,7 @@ struct Projection {
   /// `camera` has an inverse.
   static Projection of(const Pinhole& camera, const Imath::V3d& origin);
   Imath::V3f homogeneous(const Imath::V3f& p) const {
-    const auto row = [&](const float (&r)[4]) { return r[0] * p.x + r[1] * p.y + r[2] * p.z + r[3]; };
+    const auto row = [&](const float(&r)[4]) { return r[0] * p.x + r[1] * p.y + r[2] * p.z + r[3]; };
     return {row(rows[0]), row(rows[1]), row(rows[2])};
   }
 };

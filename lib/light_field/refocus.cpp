@@ -42,9 +42,9 @@ class FocusedPoints {
 absl::StatusOr<CameraGrid> only_grid(const Manifest& manifest) {
   const Arrangement& arrangement = manifest.arrangement;
   if (arrangement.grids.size() == 1) return arrangement.grids.front();
-  return absl::InvalidArgumentError(absl::StrCat(
-      "an aperture lies in the plane of a grid of cameras, and this set (", arrangement.kind, ") has ",
-      arrangement.grids.empty() ? "none" : "several", "; two-plane sets have one"));
+  return absl::InvalidArgumentError(
+      absl::StrCat("an aperture lies in the plane of a grid of cameras, and this set (", arrangement.kind,
+                   ") has ", arrangement.grids.empty() ? "none" : "several", "; two-plane sets have one"));
 }
 
 Pinhole camera_of_grid(const Manifest& manifest, const CameraGrid& grid, double x, double y) {

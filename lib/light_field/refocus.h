@@ -15,14 +15,14 @@ struct FocusPlane {
   double slope_x = 0, slope_y = 0;
 };
 
-/// The camera of a refocused picture: in the grid's plane, at (x, y) from its middle, with the window that the
-/// grid's cameras have at their focus.
+/// The camera of a refocused picture: in the grid's plane, at (x, y) from its middle, with the window that
+/// the grid's cameras have at their focus.
 Pinhole camera_of_grid(const Manifest& manifest, const CameraGrid& grid, double x, double y);
 
 /// The picture that a lens of this aperture in the grid's plane makes: rays through it that meet at the plane
 /// of focus are a pixel. Pixels are those of camera_of_grid() at the aperture's middle, of the views' size;
-/// one that no camera sees is missing. Views are read one by one, and freed. InvalidArgument where the set has
-/// no grid, as of camera_weights(), or where the plane of focus does not lie before the cameras.
+/// one that no camera sees is missing. Views are read one by one, and freed. InvalidArgument where the set
+/// has no grid, as of camera_weights(), or where the plane of focus does not lie before the cameras.
 absl::StatusOr<Picture> refocus(LightField& field, const Aperture& aperture, const FocusPlane& focus,
                                 int threads);
 

@@ -94,14 +94,14 @@ std::int64_t TileFileReader::size_of(exr_const_context_t, void* self) {
 absl::StatusOr<std::unique_ptr<TileFileReader>> TileFileReader::open(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
   if (descriptor < 0) return absl::NotFoundError(absl::StrCat(path, ": ", std::strerror(errno)));
-  struct stat facts{};
+  struct stat facts {};
   void* bytes = MAP_FAILED;
   if (::fstat(descriptor, &facts) == 0 && facts.st_size > 0)
     bytes = ::mmap(nullptr, static_cast<std::size_t>(facts.st_size), PROT_READ, MAP_SHARED, descriptor, 0);
   ::close(descriptor);
   if (bytes == MAP_FAILED) return absl::InvalidArgumentError(absl::StrCat(path, ": it cannot be read"));
-  std::unique_ptr<TileFileReader> file(new TileFileReader(path, static_cast<const char*>(bytes),
-                                                          static_cast<std::size_t>(facts.st_size)));
+  std::unique_ptr<TileFileReader> file(
+      new TileFileReader(path, static_cast<const char*>(bytes), static_cast<std::size_t>(facts.st_size)));
   if (absl::Status s = file->read_header(); !s.ok()) return s;
   return file;
 }
