@@ -171,11 +171,11 @@ absl::StatusOr<RayRow> camera_rays(const v1::Camera& camera, const ViewSize& siz
   return RayRow(
       [world_from_camera, camera_from_eye, of_pixel = *std::move(ray)](std::uint32_t y, std::span<Ray> row) {
         for (std::size_t x = 0; x < row.size(); ++x) {
-          const Ray ray = of_pixel(static_cast<double>(x) + 0.5, y + 0.5);
+          const Ray in_eye = of_pixel(static_cast<double>(x) + 0.5, y + 0.5);
           row[x].origin = light_field::transformed_point(
-              world_from_camera, light_field::transformed_point(camera_from_eye, ray.origin));
+              world_from_camera, light_field::transformed_point(camera_from_eye, in_eye.origin));
           row[x].direction = light_field::transformed_vector(
-              world_from_camera, light_field::transformed_vector(camera_from_eye, ray.direction));
+              world_from_camera, light_field::transformed_vector(camera_from_eye, in_eye.direction));
         }
       });
 }

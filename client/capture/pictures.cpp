@@ -66,15 +66,16 @@ absl::StatusOr<Picture> quilt_of(LightField& field, const QuiltSize& quilt, ligh
   const auto grid = light_field::only_grid(manifest);
   if (!grid.ok()) return grid.status();
   const std::uint32_t views = quilt.columns * quilt.rows;
-  Picture all{.width = quilt.columns * manifest.width, .height = quilt.rows * manifest.height};
+  Picture all;
+  all.width = quilt.columns * manifest.width, all.height = quilt.rows * manifest.height;
   all.pixels.resize(std::size_t{all.width} * all.height);
   all.known.resize(all.pixels.size());
   const double span = (grid->columns - 1) * grid->spacing_x;
   for (std::uint32_t view = 0; view < views; ++view) {
     const double part = views > 1 ? static_cast<double>(view) / (views - 1) : 0.5;
     const light_field::Pinhole eye = camera_of_grid(manifest, *grid, (part - 0.5) * span, 0);
-    light_field::PictureRequest request{
-        .width = manifest.width, .height = manifest.height, .rays = {}, .by = by};
+    light_field::PictureRequest request;
+    request.width = manifest.width, request.height = manifest.height, request.by = by;
     request.threads = threads;
     request.rays = [&](std::uint32_t y, std::span<light_field::Ray> row) {
       for (std::size_t x = 0; x < row.size(); ++x)
