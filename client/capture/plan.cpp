@@ -20,7 +20,7 @@ using light_field::Pinhole;
 /// What is in view is in view with a border.
 constexpr double kMargin = 1.02;
 /// Windows of cameras on the faces of a box end at this tangent.
-constexpr double kWidestTangent = 6;
+constexpr double kWidestTangent = 16;
 constexpr double kOutwardDegrees = 110;
 /// Of a set: as many as a grid of 65 x 65.
 constexpr std::uint64_t kMostCameras = 65 * 65 * 6;
@@ -104,16 +104,15 @@ ImageWindow window_about(const Imath::Box3d& box, const Pinhole& camera) {
                        (corner & 4) != 0 ? box.max.z : box.min.z);
     const Imath::V3d q = light_field::transformed_point(from_world, p);
     const double z = std::max(q.z, 1e-9 * box.size().length());
-    const double x = std::clamp(kMargin * q.x / z, -kWidestTangent, kWidestTangent);
-    const double y = std::clamp(kMargin * q.y / z, -kWidestTangent, kWidestTangent);
+    const double x = std::clamp(q.x / z, -kWidestTangent, kWidestTangent);
+    const double y = std::clamp(q.y / z, -kWidestTangent, kWidestTangent);
     window.x0 = std::min(window.x0, x), window.x1 = std::max(window.x1, x);
     window.y0 = std::min(window.y0, y), window.y1 = std::max(window.y1, y);
   }
-  // A plane that is seen from its edge has no width.
-  constexpr double kLeast = 1e-3;
-  if (window.x1 - window.x0 < kLeast) window.x0 -= kLeast, window.x1 += kLeast;
-  if (window.y1 - window.y0 < kLeast) window.y0 -= kLeast, window.y1 += kLeast;
-  return window;
+  // A plane that is seen from its edge has no width, but for the border.
+  const double x = 0.5 * (kMargin - 1) * (window.x1 - window.x0) + 1e-3;
+  const double y = 0.5 * (kMargin - 1) * (window.y1 - window.y0) + 1e-3;
+  return {window.x0 - x, window.x1 + x, window.y0 - y, window.y1 + y};
 }
 
 std::string text_of(const Imath::V3d& v) { return absl::StrFormat("%.4g,%.4g,%.4g", v.x, v.y, v.z); }

@@ -159,7 +159,7 @@ TEST(Documentation, HasEveryOptionOfEveryProgram) {
                                                                 : help[1] == "lens"    ? "## lens"
                                                                 : help[1] == "compare" ? "## compare"
                                                                 : help[1] == "lightfield" ? "## lightfield"
-                                                                                       : "## tessera"));
+                                                                                          : "## tessera"));
     const std::set<std::string> shared = options_in(section("## tessera"));
     const std::set<std::string> options = options_of(help);
     EXPECT_GT(options.size(), 0u) << help[1];
