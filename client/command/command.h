@@ -34,6 +34,7 @@ void add_radiosity_command(CommandLine& line);
 void add_query_command(CommandLine& line);
 void add_lens_command(CommandLine& line);
 void add_measure_command(CommandLine& line);
+void add_light_field_command(CommandLine& line);
 void add_settings_command(CommandLine& line);
 
 }  // namespace tessera::client

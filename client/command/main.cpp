@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
     add(line);
   line.group("Files and measurement");
   for (const auto add : {add_convert_command, add_denoise_command, add_compare_command, add_bench_command,
-                         add_query_command, add_lens_command, add_measure_command}) {
+                         add_query_command, add_lens_command, add_measure_command, add_light_field_command}) {
     add(line);
   }
   line.group("Setting up");

@@ -19,6 +19,7 @@
 #include "command/frames/frames.h"
 #include "command/interrupt.h"
 #include "command/jobs/follow.h"
+#include "command/jobs/go_on.h"
 #include "command/render_options.h"
 #include "command/report/output.h"
 #include "command/report/stats_file.h"
@@ -27,41 +28,17 @@
 #include "farm/job_calls.h"
 #include "local/checkpoint.h"
 #include "local/local_farm.h"
-#include "wire/version.h"
 
 namespace tessera::client {
 namespace {
 
 using Clock = std::chrono::steady_clock;
 
-/// The job of the checkpoint that is the same, and open or done; others that are open are given up: what they
-/// have may be taken over. Empty when there is none.
-absl::StatusOr<std::string> find_job_to_go_on(JobCalls& client, v1::JobSpec spec, std::stop_token stop) {
-  spec.mutable_content()->set_build(wire::build_version());
-  const auto jobs = client.jobs(stop);
-  if (!jobs.ok()) return jobs.status();
-  std::string found;
-  for (const v1::JobStatus& status : *jobs) {
-    if (has_ended(status.state()) && status.state() != v1::DONE) continue;
-    const auto job = client.job(status.job_id(), stop);
-    if (!job.ok()) return job.status();
-    if (job->spec().SerializeAsString() == spec.SerializeAsString()) {
-      found = status.job_id();
-    } else if (has_ended(status.state())) {
-      continue;
-    } else if (const auto cancelled = client.cancel(status.job_id(), stop); !cancelled.ok()) {
-      return cancelled.status();
-    }
-  }
-  return found;
-}
-
 /// The job from submission, or from where it was, to its end.
 absl::StatusOr<FollowedJob> run_job(LocalFarm& farm, const v1::JobSpec& spec, FollowOptions how,
                                     std::stop_token stop) {
   JobCalls& client = farm.calls();
-  absl::StatusOr<std::string> job_id = find_job_to_go_on(client, spec, stop);
-  if (job_id.ok() && job_id->empty()) job_id = client.submit(spec, {}, stop);
+  const absl::StatusOr<std::string> job_id = submit_or_go_on(client, spec, stop);
   if (!job_id.ok()) return job_id.status();
   how.building = [&farm] { return farm.building(); };
   return follow_job(client, *job_id, spec, how, stop, {.wanted = true});

@@ -27,6 +27,7 @@ struct ExrFormat {
   bool multipart = false;                  // a part for each layer: "diffuse" has diffuse.R ...
   bool multiview = false;                  // views of one scene are parts of one file
   ExrCompression compression = ExrCompression::kZip;
+  float dwa_level = 45;  // of kDwaa and kDwab: the larger, the smaller the file and the greater the loss
   ChannelNames names = ChannelNames::kTessera;
   std::uint32_t tile_size = 0;    // pixels each way; 0: scanlines
   bool mipmaps = false;           // only with tiles: each level half as large, a mean of four pixels

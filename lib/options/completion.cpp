@@ -172,7 +172,9 @@ std::vector<std::string> value_words(const CommandSpec& command, const OptionSpe
 
 absl::StatusOr<std::string> Program::completion(const std::string& shell) const {
   std::vector<Row> rows;
-  for (const auto& [name, command] : parts_->commands) rows.push_back({name, *command});
+  // Commands of two words complete files alone.
+  for (const auto& [name, command] : parts_->commands)
+    if (name.find(' ') == std::string::npos) rows.push_back({name, *command});
   const bool has_commands = !rows.empty();
   if (!has_commands) rows.push_back({"", parts_->root});
   const std::string& program = parts_->root.path;

@@ -10,6 +10,11 @@
 namespace tessera::options {
 namespace {
 
+/// Name of a command's page: words are joined by hyphens.
+std::string page_name(const std::string& program, const std::string& command) {
+  return absl::StrCat(program, "-", absl::StrReplaceAll(command, {{" ", "-"}}));
+}
+
 /// A line of text: roff takes backslashes, hyphens, and a period or quote in front for its own.
 std::string roff(const std::string& text) {
   const std::string line = absl::StrReplaceAll(text, {{"\\", "\\e"}, {"-", "\\-"}});
@@ -68,9 +73,10 @@ absl::StatusOr<std::string> Program::manual(const std::string& command) const {
     std::vector<std::string> names;
     for (const auto& [name, spec] : parts.commands) {
       names.push_back(name);
-      if (name == command)
-        return absl::StrCat(page_of(absl::StrCat(program, "-", name), parts.version, *spec),
-                            ".SH SEE ALSO\n.BR ", roff(program), " (1)\n");
+      // The words of a command may be joined as in the name of its page.
+      if (page_name("", name) == page_name("", command))
+        return absl::StrCat(page_of(page_name(program, name), parts.version, *spec), ".SH SEE ALSO\n.BR ",
+                            roff(program), " (1)\n");
     }
     return absl::InvalidArgumentError(
         absl::StrCat("there is no command '", command, "'", base::did_you_mean(command, names)));
@@ -82,8 +88,8 @@ absl::StatusOr<std::string> Program::manual(const std::string& command) const {
   for (const auto& [name, spec] : parts.commands) {
     if (std::exchange(group, spec->group) != spec->group)
       absl::StrAppend(&page, ".SS ", roff(spec->group), "\n");
-    absl::StrAppend(&page, ".TP\n.BR ", roff(absl::StrCat(program, "-", name)), " (1)\n",
-                    roff(spec->description), "\n");
+    absl::StrAppend(&page, ".TP\n.BR ", roff(page_name(program, name)), " (1)\n", roff(spec->description),
+                    "\n");
   }
   if (!parts.footer.empty()) absl::StrAppend(&page, ".SH EXIT STATUS\n", roff(parts.footer), "\n");
   return page;

@@ -21,6 +21,10 @@ struct Program::Parts {
 
   std::string usage() const;
   std::string help() const;
+  /// The commands of two words whose first is this one: the second words, with what they are.
+  std::vector<std::pair<std::string, const CommandSpec*>> within(const std::string& name) const;
+  /// Help of a command that has commands within it.
+  std::string family_help(const CommandSpec& command, const std::string& name) const;
   Outcome wrong(const std::string& where, const std::string& what, const std::string& usage) const;
   absl::Status take_defaults(const std::string& name, CommandSpec& command) const;
 };

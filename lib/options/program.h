@@ -70,7 +70,8 @@ class Option {
 /// A command while it is being defined. Names are "--name" or "-n,--name", or "NAME" for an argument, which
 /// is taken in the order of definition; one of them may be a list. What parsing finds is put into the
 /// variables, which must outlive the program's command line. Options of lists may be given several times; so
-/// may flags.
+/// may flags. A command of two words ("token show") stands within the command of the first, which does
+/// nothing by itself.
 class Command {
  public:
   explicit Command(CommandSpec& spec) : spec_(&spec) {}

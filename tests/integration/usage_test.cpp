@@ -27,11 +27,11 @@ support::Finished run(const Arguments& command) { return support::run_program(co
 
 std::vector<std::string> lines_of(const std::string& text) { return absl::StrSplit(text, '\n'); }
 
-/// The commands that `tessera --help` lists.
-std::vector<std::string> commands() {
+/// The commands that `tessera --help` lists, or the help of a command that has some within it.
+std::vector<std::string> commands(const Arguments& within = {}) {
   std::vector<std::string> names;
   const std::regex command{"^  ([a-z]+)  +.*"};
-  for (const std::string& line : lines_of(tessera({"--help"}).out)) {
+  for (const std::string& line : lines_of(tessera(within + Arguments{"--help"}).out)) {
     std::smatch match;
     if (std::regex_match(line, match, command)) names.push_back(match[1]);
   }
@@ -43,6 +43,8 @@ std::vector<Arguments> helps() {
   std::vector<Arguments> helps{
       {server_program(), "--help"}, {worker_program(), "--help"}, {tessera_program(), "--help"}};
   for (const std::string& command : commands()) helps.push_back({tessera_program(), command, "--help"});
+  for (const std::string& command : commands({"lightfield"}))
+    helps.push_back({tessera_program(), "lightfield", command, "--help"});
   return helps;
 }
 
@@ -156,7 +158,8 @@ TEST(Documentation, HasEveryOptionOfEveryProgram) {
                                                                 : help[1] == "query"   ? "## query"
                                                                 : help[1] == "lens"    ? "## lens"
                                                                 : help[1] == "compare" ? "## compare"
-                                                                                       : "## tessera"));
+                                                                : help[1] == "lightfield" ? "## lightfield"
+                                                                                          : "## tessera"));
     const std::set<std::string> shared = options_in(section("## tessera"));
     const std::set<std::string> options = options_of(help);
     EXPECT_GT(options.size(), 0u) << help[1];

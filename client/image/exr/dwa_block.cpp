@@ -21,6 +21,7 @@ std::string file_of(const ExrPart& part, std::span<const unsigned char> block, s
   Imf::Header header(width, height);
   header.compression() =
       part.compression == ExrCompression::kDwaa ? Imf::DWAA_COMPRESSION : Imf::DWAB_COMPRESSION;
+  header.dwaCompressionLevel() = part.dwa_level;
   header.setTileDescription(
       Imf::TileDescription(static_cast<unsigned>(width), static_cast<unsigned>(height)));
   Imf::FrameBuffer frame;

@@ -60,6 +60,7 @@ absl::StatusOr<std::vector<ExrPart>> parts_of(const Image& image, const ExrForma
     part.name = layer_of(channel.name);
     if (part.name.empty()) part.name = layer.empty() ? "rgba" : layer;
     part.compression = format.compression;
+    part.dwa_level = format.dwa_level;
     if (has_loss(format.compression) && is_cryptomatte(own)) {
       if (!format.multipart) {
         return absl::InvalidArgumentError(

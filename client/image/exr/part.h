@@ -23,6 +23,7 @@ struct ExrPart {
   std::string name;                   // empty: the only one
   std::vector<PartChannel> channels;  // sorted by name, as in the file
   ExrCompression compression = ExrCompression::kZip;
+  float dwa_level = 45;
 
   /// The bytes of a pixel.
   std::size_t bytes() const;

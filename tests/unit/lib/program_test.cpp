@@ -10,6 +10,7 @@
 namespace tessera::options {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::EndsWith;
 using ::testing::HasSubstr;
@@ -283,6 +284,25 @@ TEST_F(ProgramTest, ListsItsCommands) {
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_THAT(outcome.out, HasSubstr("  render          Renders a scene\n"));
   EXPECT_EQ(program_.parse({"--version"}).out, "1.0\n");
+}
+
+TEST_F(ProgramTest, HasCommandsWithinCommands) {
+  program_.add_command("field", "Keeps rays").example("draw field grow x");
+  std::string where;
+  Command grow = program_.add_command("field grow", "Adds to a field");
+  grow.add("WHERE", where).required();
+  grow.runs([&] { return where == "x" ? 7 : 0; });
+  const char* const words[] = {"draw", "field", "grow", "x"};
+  EXPECT_EQ(program_.run(4, words), 7);
+  EXPECT_THAT(program_.parse({"--help"}).out, AllOf(HasSubstr("  field "), Not(HasSubstr("field grow"))));
+  const std::string family = program_.parse({"field", "--help"}).out;
+  EXPECT_THAT(family, HasSubstr("usage: draw field COMMAND [options]"));
+  EXPECT_THAT(family, HasSubstr("  grow            Adds to a field\n"));
+  EXPECT_THAT(program_.parse({"field", "grow", "--help"}).out, HasSubstr("usage: draw field grow WHERE"));
+  EXPECT_EQ(program_.parse({"help", "field", "grow"}).out, program_.parse({"field", "grow", "--help"}).out);
+  EXPECT_THAT(fault({"field", "grwo"}), HasSubstr("there is no command 'grwo'; did you mean 'grow'?"));
+  EXPECT_THAT(fault({"field"}), HasSubstr("draw field: a command is missing"));
+  EXPECT_EQ(*program_.manual("field-grow"), *program_.manual("field grow"));
 }
 
 TEST_F(ProgramTest, RunsWhatTheCommandDoes) {
