@@ -274,7 +274,7 @@ TEST(Cie171, FluxIsConserved) {
     test.meters = "meters { name: 'in' flux { side: FRONT " +
                   plane_receiver({-0.5, -0.5, 3}, {1, 0, 0}, {0, 1, 0}, kBefore) +
                   "} } meters { name: 'received' flux { side: FRONT " + surfaces + "} } ";
-    // Of what comes in within a millimetre of edges, a small part meets no receiver.
+    // A small part of the light that comes in within a millimetre of edges meets no receiver.
     test.rounding = 2e-3;
     test.truths = {kSkyLux, kSkyLux};
     cases.push_back(std::move(test));

@@ -201,14 +201,14 @@ void expect_coverage_of_made_up(const std::string& name, Sample&& sample) {
 }
 
 TEST(DerivedCoverage, OfHeavyTailsWhereAnErrorIsAskedFor) {
-  // What has not come by once in the first 1024 samples nobody knows of: of light that a sample in 500
+  // Nobody knows of light that the first 1024 samples have not met once: of light that a sample in 500
   // brings, 83 % of the intervals hold the truth, of one in 1000, 61 %.
   for (const double rare : {50.0, 200.0}) {
     expect_coverage_of_made_up(absl::StrCat("half of the light by one sample in ", rare), [&](auto& random) {
       return 0.5 + (std::uniform_real_distribution<double>()(random) * rare < 1 ? rare / 2 : 0);
     });
   }
-  // Likewise of a lognormal distribution with a sigma of 2: 92 %.
+  // A lognormal distribution with a sigma of 2 has 92 %.
   for (const double sigma : {1.0, 1.5}) {
     expect_coverage_of_made_up(absl::StrCat("lognormal, sigma ", sigma), [&](auto& random) {
       return std::lognormal_distribution<double>(-sigma * sigma / 2, sigma)(random);
@@ -229,7 +229,7 @@ TEST(DerivedCoverage, OfPartsOfPictures) {
 TEST(DerivedCoverage, OfGlare) {
   // The jackknife of eight pictures, whose pixels are 16 samples each, against pictures of many samples. What
   // is a source is decided by a threshold, at which noise counts for more than the jackknife tells: UGR, DGI
-  // and the background are off by half a standard error (.04 of a UGR of 15), and 79 to 87 % of their
+  // and the background are off by half a standard error (.04 of a UGR of 15), and 81 to 88 % of their
   // intervals hold the truth.
   expect_coverage(
       {.scene = scene_with(lamplit_floor() + kEvenSky),

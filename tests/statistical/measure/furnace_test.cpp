@@ -42,8 +42,8 @@ std::string furnace_things() {
          panel({-1, -1.5, -1}, {2, 0, 0}, {0, 0.4, 1}, "", "mirror");
 }
 
-/// What meters read in a furnace of radiance 1: in the open, on the ball, and along rays to wall, balls and
-/// mirror.
+/// Adds meters and their truths in a furnace of radiance 1: in the open, on the ball, and along rays to wall,
+/// balls and mirror.
 void add_furnace_meters(MeasuredCase& test) {
   const auto add = [&](const std::string& meter, double truth) {
     test.meters += meter;
@@ -89,7 +89,7 @@ TEST(Furnace, FogThatOnlyScattersChangesNothing) {
 }
 
 TEST(Furnace, FogThatGlowsAsMuchAsItTakesChangesNothing) {
-  // Of extinction, .7 is absorbed, and as much is emitted.
+  // The part of extinction that is absorbed, .7, is emitted again.
   MeasuredCase fog{.name = "fog",
                    .scene = furnace_room() + "media { name: 'fog' extinction { constant { " + grey(0.8) +
                             " } } albedo { constant { " + grey(0.3) + " } } emission { constant { " +

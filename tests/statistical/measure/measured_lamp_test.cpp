@@ -16,7 +16,7 @@
 namespace tessera::test {
 namespace {
 
-/// What is re-measured of its intensities, flux, and tables: within .2 %.
+/// Intensities and flux are measured back to .2 %.
 constexpr double kSame = 0.002;
 constexpr double kCStep = 30, kGammaStep = 5;
 
