@@ -15,14 +15,14 @@ namespace {
 namespace fs = std::filesystem;
 using ::testing::HasSubstr;
 
-const std::string kCornellBox = "scenes/cornell-box/scene.pbrt";
+const std::string kBoxToCapture = "scenes/cornell-box/scene.pbrt";
 
 class LightFieldCommand : public testing::Test {
  protected:
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
   support::Finished capture(const std::string& set, const Arguments& more = {}) const {
-    return tessera(Arguments{"lightfield", "capture", kCornellBox, "-o", path(set), "--grid", "3x3", "--size",
+    return tessera(Arguments{"lightfield", "capture", kBoxToCapture, "-o", path(set), "--grid", "3x3", "--size",
                              "16x16", "--spp", "4", "--tile", "16", "--quiet"} +
                    more);
   }
@@ -91,12 +91,12 @@ TEST_F(LightFieldCommand, IsRepairedToTheBitsThatWereLost) {
 }
 
 TEST_F(LightFieldCommand, SaysBeforeItStartsWhatCannotBe) {
-  const support::Finished large = tessera({"lightfield", "capture", kCornellBox, "-o", path("large.lf"),
+  const support::Finished large = tessera({"lightfield", "capture", kBoxToCapture, "-o", path("large.lf"),
                                            "--grid", "65x65", "--size", "16384x16384", "--quiet"});
   EXPECT_EQ(large.status.code, 2) << large.err;
   EXPECT_THAT(large.err, HasSubstr("would fit"));
   EXPECT_FALSE(fs::exists(path("large.lf")));
-  const support::Finished cut = tessera({"lightfield", "capture", kCornellBox, "-o", path("cut.lf"), "--box",
+  const support::Finished cut = tessera({"lightfield", "capture", kBoxToCapture, "-o", path("cut.lf"), "--box",
                                          "-0.5,0.1,-0.5,0.5,1.5,0.5", "--grid", "2x2", "--quiet"});
   EXPECT_EQ(cut.status.code, 2) << cut.err;
   EXPECT_THAT(cut.err, HasSubstr("cuts "));
@@ -110,10 +110,10 @@ TEST_F(LightFieldCommand, OnAFarmHasTheSameViews) {
   farm.add_worker(1);
   farm.add_worker(1);
   const support::Finished there =
-      tessera(farm.on_farm({"lightfield", "capture", kCornellBox, "-o", path("farm.lf"), "--grid", "2x2",
+      tessera(farm.on_farm({"lightfield", "capture", kBoxToCapture, "-o", path("farm.lf"), "--grid", "2x2",
                             "--size", "16x16", "--spp", "4", "--farm", "--quiet"}));
   ASSERT_EQ(there.status.code, 0) << there.err;
-  const support::Finished here = tessera({"lightfield", "capture", kCornellBox, "-o", path("here.lf"),
+  const support::Finished here = tessera({"lightfield", "capture", kBoxToCapture, "-o", path("here.lf"),
                                           "--grid", "2x2", "--size", "16x16", "--spp", "4", "--quiet"});
   ASSERT_EQ(here.status.code, 0) << here.err;
   EXPECT_EQ(text_of(path("farm.lf") + "/manifest.json"), text_of(path("here.lf") + "/manifest.json"));
