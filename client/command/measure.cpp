@@ -55,11 +55,11 @@ absl::Status check_algorithm(const std::string& name) {
   if (algorithm->bias != wire::Bias::kUnbiased)
     return absl::InvalidArgumentError(absl::StrCat(
         "integrator '", name, "' is ", wire::word_of(algorithm->bias),
-        ": the error that is told beside a figure would not hold its bias; path, volpath, direct "
-        "and light are unbiased"));
+        ": the error that is told beside a figure would not hold its bias; path, volpath, direct, "
+        "light and bdpt are unbiased"));
   if (!algorithm->reads_probes)
-    return absl::InvalidArgumentError(
-        absl::StrCat("integrator '", name, "' does not read meters; path, volpath, direct and light do"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", name, "' does not read meters; path, volpath, direct, light and bdpt do"));
   return absl::OkStatus();
 }
 
