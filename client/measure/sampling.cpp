@@ -278,7 +278,9 @@ absl::StatusOr<SampledCells> CellSampler::run() {
     if (absl::Status s = run_round(wanted); !s.ok()) return s;
     progress_.rounds = round + 1;
     bool is_done = true;
-    if (round == 0 && chooses && !sampled_.stopped && !time_is_up()) {
+    // What was read for a choice is gone: a round follows it whatever the time.
+    const bool chooses_now = round == 0 && chooses && !sampled_.stopped && !time_is_up();
+    if (chooses_now) {
       auto next = choose(pixels);
       if (!next.ok()) return next.status();
       wanted = *std::move(next);
@@ -287,7 +289,7 @@ absl::StatusOr<SampledCells> CellSampler::run() {
       wanted = judge(round, is_done);
     }
     if (is_done || sampled_.stopped) break;
-    if (time_is_up()) {
+    if (!chooses_now && time_is_up()) {
       sampled_.stopped = true;
       break;
     }

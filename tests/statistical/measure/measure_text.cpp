@@ -29,12 +29,13 @@ absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request) {
   const auto file = client::read_meter_file(write(folder, "meters.textproto", request.meters));
   if (!file.ok()) return file.status();
   std::optional<absl::StatusOr<client::Ball>> ball;
-  const auto scene =
+  auto scene =
       client::measured_scene(*imported, *file, request.is_spectral, [&]() -> absl::StatusOr<client::Ball> {
         if (!ball) ball = client::ball_around(*imported, 1);
         return *ball;
       });
   if (!scene.ok()) return scene.status();
+  scene->emitted_flux = [&](const v1::Scene& lights) { return client::emitted_flux(*imported, lights, 1); };
   const auto plan = client::plan_of(*file, *scene);
   if (!plan.ok()) return plan.status();
   client::ProbeJobOptions how{.name = "test", .threads = 2};

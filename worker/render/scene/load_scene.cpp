@@ -161,6 +161,19 @@ class BuiltScene final : public RenderScene {
     return found == unseen_light_by_algorithm_.end() ? "" : found->second;
   }
 
+  std::array<double, 3> emitted_flux(std::int32_t rays) const override {
+    static_assert(kBands == 3);
+    const LightTable& table = tables_.lights;
+    std::array<double, 3> sum{};
+    for (std::size_t i = 0; i < table.lights.size(); ++i) {
+      const LightRecord& light = table.lights[i];
+      if (light.same_as >= 0 || table.sources(light.kind).traits.at_infinity) continue;
+      const auto flux = table.sources(light.kind).emitted_flux(table, static_cast<std::int32_t>(i), rays);
+      for (std::size_t band = 0; band < sum.size(); ++band) sum[band] += flux[band];
+    }
+    return sum;
+  }
+
   std::vector<std::string> notes() const override {
     std::vector<std::string> notes = content_->notes;
     if (sharing_ == v1::PATH_SHARING_AUTO && !unshared_because_.empty()) notes.push_back(unshared_message());
