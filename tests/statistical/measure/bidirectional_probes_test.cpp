@@ -13,7 +13,7 @@
 namespace tessera::test {
 namespace {
 
-constexpr std::uint64_t kSeeds[] = {1, 100001, 200001, 300001};
+constexpr std::uint64_t kSeeds[] = {1, 100001, 200001};
 
 struct Comparison {
   std::string scene;  // besides scene_with()'s
@@ -22,8 +22,8 @@ struct Comparison {
   std::string other = "path";
   std::uint64_t samples = 1 << 14, other_samples = 1 << 14;
   std::string medium{};
-  double factor = 1;            // of the other's figures
-  double largest_error = 0.15;  // of what escapes through a ball that is much larger than the scene
+  double factor = 1;           // of the other's figures
+  double largest_error = 0.3;  // of what escapes through a ball that is much larger than the scene
 };
 
 std::vector<client::Figure> figures_of(const Comparison& test, bool is_other, std::uint64_t seed) {
@@ -118,8 +118,7 @@ TEST(BidirectionalProbes, ReadSkiesAndTheSun) {
 TEST(BidirectionalProbes, ReadCausticsOfLampsOfSomeSize) {
   expect_same({.scene = absl::StrCat(kBallOnFloor, kLampOfDisk, kGlassBall),
                .meters = all_kinds(),
-               .samples = 1 << 15,
-               .other_samples = 1 << 17});
+               .other_samples = 1 << 16});
 }
 
 TEST(BidirectionalProbes, ReadFog) {
@@ -130,8 +129,6 @@ TEST(BidirectionalProbes, ReadFog) {
     expect_same({.scene = absl::StrCat(kBallOnFloor, lamp, fog),
                  .meters = all_kinds(),
                  .other = "volpath",
-                 .samples = 1 << 15,
-                 .other_samples = 1 << 16,
                  .medium = "fog"});
   }
 }
@@ -150,9 +147,47 @@ TEST(BidirectionalProbes, ReadCausticsOfPointsOnSurfaces) {
                .meters = absl::StrCat("meters { exitance {", receivers),
                .other_meters = absl::StrCat("meters { irradiance {", receivers),
                .other = "light",
-               .samples = 1 << 16,
-               .other_samples = 1 << 18,
+               .samples = 1 << 15,
+               .other_samples = 1 << 17,
                .factor = 0.5});
+}
+
+TEST(BidirectionalProbes, ChosenIntegratorsReadTheSame) {
+  // The lamp is behind a screen: paths from the floor hardly meet what it lights.
+  const std::string scene = absl::StrCat(
+      kBallOnFloor, kLampAtPoint,
+      "shapes { disk { radius: 1 } material: 'paint' world_from_object { elements: [1,0,0,0.3, 0,1,0,0, "
+      "0,0,1,1.95, 0,0,0,1] } } ");
+  MeasureRequest request{.scene = scene_with(scene),
+                         .meters = meter_at("x: -0.4 y: 0.1", "PLANE") + meter_at("x: 3 z: 3", "SPHERE") +
+                                   "meters { exitance { receivers { surface { shape: 'ball' } } } } ",
+                         .samples = 1 << 14,
+                         .integrators = {"path", "bdpt", "light"}};
+  std::vector<double> difference(3), variance(3);
+  for (const std::uint64_t seed : kSeeds) {
+    request.seed = seed, request.threads = 1;
+    const auto chosen = measure_text(request);
+    ASSERT_TRUE(chosen.ok()) << chosen.status();
+    request.threads = 3;
+    const auto again = measure_text(request);
+    ASSERT_TRUE(again.ok()) << again.status();
+    MeasureRequest usual = request;
+    usual.integrators.clear(), usual.seed += 50000;
+    const auto by_paths = measure_text(usual);
+    ASSERT_TRUE(by_paths.ok()) << by_paths.status();
+    for (std::size_t m = 0; m < 3; ++m) {
+      const client::Figure &a = chosen->meters[m].readings[0].figure,
+                           &b = by_paths->meters[m].readings[0].figure;
+      EXPECT_EQ(chosen->meters[m].algorithm, again->meters[m].algorithm);
+      EXPECT_EQ(a.value, again->meters[m].readings[0].figure.value);
+      EXPECT_EQ(a.samples, std::uint64_t{1} << 14);
+      difference[m] += a.value - b.value;
+      variance[m] += a.standard_error * a.standard_error + b.standard_error * b.standard_error;
+    }
+    EXPECT_NE(chosen->meters[2].algorithm, "light") << "which does not read what leaves a surface";
+  }
+  for (std::size_t m = 0; m < 3; ++m)
+    EXPECT_LE(std::abs(difference[m]), 5 * std::sqrt(variance[m])) << m << " of " << request.meters;
 }
 
 }  // namespace

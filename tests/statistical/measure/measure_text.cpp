@@ -38,11 +38,14 @@ absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request) {
   scene->emitted_flux = [&](const v1::Scene& lights) { return client::emitted_flux(*imported, lights, 1); };
   const auto plan = client::plan_of(*file, *scene);
   if (!plan.ok()) return plan.status();
-  client::ProbeJobOptions how{.name = "test", .threads = 2};
+  client::ProbeJobOptions how{.name = "test", .threads = request.threads};
   how.job.settings.set_integrator(request.algorithm);
   if (request.is_spectral) how.job.settings.set_color(v1::COLOR_SPECTRAL);
   client::ProbeJobs jobs(*imported, how);
-  client::SamplingOptions sampling{.samples = request.samples, .error = request.error, .seed = request.seed};
+  client::SamplingOptions sampling{.samples = request.samples,
+                                   .error = request.error,
+                                   .seed = request.seed,
+                                   .integrators = request.integrators};
   const auto run =
       client::measure(*plan, *scene, *file, request.algorithm, sampling,
                       {[&](const client::ProbeJob& job) { return jobs.render(job); },

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "measure/measured.h"
@@ -16,6 +17,8 @@ struct MeasureRequest {
   std::uint64_t samples = 1 << 14;  // of each figure
   double error = 0;                 // as of --error
   std::uint64_t seed = 1;
+  std::vector<std::string> integrators{};  // that each meter chooses among; empty: all are by `algorithm`
+  int threads = 2;
 };
 
 absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);

@@ -16,6 +16,7 @@
 #include "render/film/pass_film.h"
 #include "render/film/scatter_tile.h"
 #include "render/kernel/kernel_module.h"
+#include "render/light/light_source.h"
 #include "render/scene/light/unseen_light.h"
 #include "render/scene/memory/heap_bytes.h"
 #include "render/scene/memory/table_members.h"
