@@ -107,9 +107,6 @@ TEST(IntegratorChoice, IsNotMadeWhereFewSamplesFollow) {
   const SampledCells sure = meters.sample(plan, {.error = 0.01, .integrators = kTwo});
   EXPECT_EQ(sure.integrator_of_meter, std::vector<std::size_t>{0});
   EXPECT_FALSE(meters.pixels.contains("bdpt"));
-  meters.pixels.clear();
-  const MeasurePlan again = meters.plan();
-  EXPECT_TRUE(meters.sample(again, {.samples = 4096, .integrators = {"path"}}).integrator_of_meter.empty());
   MadeUpMeters usual{{{"", {spread(10, 0.4)}}}};
   EXPECT_TRUE(usual.sample(usual.plan(), {.samples = 4096, .integrators = kTwo}).integrator_of_meter.empty());
 }
