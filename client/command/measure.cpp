@@ -10,6 +10,7 @@
 #include <optional>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -30,6 +31,7 @@
 #include "measure/report/plane_maps.h"
 #include "photometry/lamps/lamp_file.h"
 #include "wire/algorithm.h"
+#include "wire/algorithm_fit.h"
 #include "wire/scene_views.h"
 
 namespace tessera::client {
@@ -55,19 +57,46 @@ absl::Status check_algorithm(const std::string& name) {
   if (algorithm->bias != wire::Bias::kUnbiased)
     return absl::InvalidArgumentError(absl::StrCat(
         "integrator '", name, "' is ", wire::word_of(algorithm->bias),
-        ": the error that is told beside a figure would not hold its bias; path, volpath, direct "
-        "and light are unbiased"));
+        ": the error that is told beside a figure would not hold its bias; path, volpath, direct, "
+        "light and bdpt are unbiased"));
   if (!algorithm->reads_probes)
-    return absl::InvalidArgumentError(
-        absl::StrCat("integrator '", name, "' does not read meters; path, volpath, direct and light do"));
+    return absl::InvalidArgumentError(absl::StrCat(
+        "integrator '", name, "' does not read meters; path, volpath, direct, light and bdpt do"));
   return absl::OkStatus();
+}
+
+bool is_chosen(const MeasureOptions& options) {
+  const std::string& asked = options.scene.job.settings.integrator();
+  return asked.empty() || asked == "auto";
 }
 
 /// The integrator that is named, or one that finds all light which the scene's matter lets through.
 std::string algorithm_of(const MeasureOptions& options, const v1::Scene& scene) {
-  const std::string& asked = options.scene.job.settings.integrator();
-  if (!asked.empty() && asked != "auto") return asked;
+  if (!is_chosen(options)) return options.scene.job.settings.integrator();
   return scene.media_size() > 0 ? "volpath" : "path";
+}
+
+/// Whether light tracing finds all light of the scene by paths that are not rare: matter is diffuse, light
+/// neither comes from infinity, where its paths would begin all around, nor meets media.
+bool suits_light_tracing(const v1::Scene& scene) {
+  const auto is_near = [](const v1::Light& light) {
+    return !light.has_infinite() && !light.has_distant() && !light.has_sky();
+  };
+  return scene.media_size() == 0 && std::ranges::all_of(scene.lights(), is_near) &&
+         std::ranges::all_of(scene.materials(),
+                             [](const v1::Material& material) { return material.has_diffuse(); });
+}
+
+/// Integrators that meters may choose among, the usual one first.
+std::vector<std::string> candidates_for_meters(const std::string& usual, const v1::Scene& scene) {
+  std::vector<std::string> names = {usual, "bdpt"};
+  if (suits_light_tracing(scene)) names.emplace_back("light");
+  std::erase_if(names, [&](const std::string& name) {
+    v1::Algorithms algorithms;
+    algorithms.set_integrator(name);
+    return name != usual && !wire::obstacle_to(algorithms, scene).empty();
+  });
+  return names;
 }
 
 absl::Status write_file(const std::string& path, const std::string& text) {
@@ -153,11 +182,14 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
   v1::RenderSettings asked = imported.scene.settings();
   asked.MergeFrom(options.scene.job.settings);
   const bool is_spectral = asked.color() == v1::COLOR_SPECTRAL;
-  const auto scene = measured_scene(imported, file, is_spectral, [&]() -> absl::StatusOr<Ball> {
+  auto scene = measured_scene(imported, file, is_spectral, [&]() -> absl::StatusOr<Ball> {
     if (!ball) ball = ball_around(imported, options.scene.threads);
     return *ball;
   });
   if (!scene.ok()) return report(kUsage, std::string{scene.status().message()});
+  scene->emitted_flux = [&](const v1::Scene& lights) {
+    return emitted_flux(imported, lights, options.scene.threads);
+  };
   const auto plan = plan_of(file, *scene);
   if (!plan.ok()) return report(kUsage, std::string{plan.status().message()});
   if (!imported.scene.has_render_origin())
@@ -173,6 +205,7 @@ int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene
   ProbeJobs jobs(imported, std::move(how));
   SamplingOptions sampling = options.sampling;
   sampling.seed = options.scene.job.settings.seed();
+  if (is_chosen(options)) sampling.integrators = candidates_for_meters(algorithm, imported.scene);
   const Clock::time_point start = Clock::now();
   if (options.seconds)
     sampling.time_is_up = [&] {

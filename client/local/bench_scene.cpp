@@ -83,6 +83,9 @@ const std::vector<std::string>& BenchScene::warnings() const { return parts_->sc
 std::string BenchScene::unseen_light(const std::string& integrator) const {
   return parts_->scene->unseen_light(integrator);
 }
+std::array<double, 3> BenchScene::emitted_flux(std::int32_t rays) const {
+  return parts_->scene->emitted_flux(rays);
+}
 
 absl::StatusOr<std::unique_ptr<BenchScene>> BenchScene::load(const v1::JobSpec& spec,
                                                              const std::vector<const SceneBlob*>& blobs,

@@ -95,6 +95,9 @@ class BenchScene {
   /// Describes the light of the scene that this integrator would never find; empty where it finds all.
   std::string unseen_light(const std::string& integrator) const;
 
+  /// RenderScene::emitted_flux().
+  std::array<double, 3> emitted_flux(std::int32_t rays) const;
+
   /// Makes all phases of the algorithm on this thread, with the job's seed plus `seed_offset`. Cancelled when
   /// stopped.
   absl::StatusOr<BenchPhases> make_phases(std::uint64_t seed_offset, std::stop_token stop) const;

@@ -148,6 +148,20 @@ void judge_ratio(const PlannedMeter& planned, double wanted, MeasuredMeter& mete
         "it is within %.2g %%, not %.2g %%: areas of the picture take --samples", 100 * worst, 100 * wanted));
 }
 
+/// The integrator of a meter, or of both that a ratio is of; empty for closed forms.
+std::string integrators_of(const MeasurePlan& plan, std::size_t meter, const std::string& usual,
+                           const SampledCells& sampled, const SamplingOptions& options) {
+  const auto has_terms = [](const PlannedReading& reading) { return !reading.terms.empty(); };
+  const std::vector<PlannedReading>& readings = plan.meters[meter].readings;
+  if (!readings.empty() && std::ranges::none_of(readings, has_terms)) return "";
+  if (sampled.integrator_of_meter.empty()) return usual;
+  const auto name_of = [&](std::size_t m) { return options.integrators[sampled.integrator_of_meter[m]]; };
+  const std::optional<PlannedRatio>& ratio = plan.meters[meter].ratio;
+  if (!ratio) return name_of(meter);
+  const std::string of = name_of(ratio->of), over = name_of(ratio->over);
+  return of == over ? of : absl::StrCat(of, ", ", over);
+}
+
 }  // namespace
 
 absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene& scene, const MeterFile& file,
@@ -189,9 +203,9 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
         divide(planned, by_planned[planned.ratio->of].front(), by_planned[planned.ratio->over].front())};
     judge_ratio(planned, run.stopped ? 0 : options.error, by_planned[i].front(), result);
   }
-  for (std::vector<MeasuredMeter>& meters : by_planned) {
-    for (MeasuredMeter& meter : meters) {
-      meter.algorithm = algorithm;
+  for (std::size_t i = 0; i < plan.meters.size(); ++i) {
+    for (MeasuredMeter& meter : by_planned[i]) {
+      meter.algorithm = integrators_of(plan, i, algorithm, *sampled, options);
       result.meters.push_back(std::move(meter));
     }
   }

@@ -24,7 +24,8 @@ struct MeasureRun {
   bool stopped = false;  // the time was up
 };
 
-/// Samples what is planned, and adds it up. `algorithm`: the integrator by which it is rendered. Errors are
+/// Samples what is planned, and adds it up. `algorithm`: the integrator by which it is rendered
+/// but where others are chosen (SamplingOptions::integrators). Errors are
 /// those of the renderers, and InvalidArgument with what is wrong with meters that are read of pictures or of
 /// a year.
 absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene& scene, const MeterFile& file,

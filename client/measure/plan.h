@@ -85,6 +85,8 @@ struct MeasuredScene {
   bool is_spectral = false;                         // light is of wavelengths: there are all channels
   v1::Scene picture;                                // the scene's own camera and film
   std::function<absl::StatusOr<Ball>()> ball = {};  // around all that the scene holds
+  // The luminance flux of the lights of a part of the scene, in its radiance and unit of length squared.
+  std::function<absl::StatusOr<double>(const v1::Scene& lights)> emitted_flux = {};
 };
 
 /// The scene's own unit of length and luminance, or else those of the list. InvalidArgument where the list's

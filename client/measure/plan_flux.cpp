@@ -3,10 +3,12 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "base/nearest_name.h"
 #include "measure/planner.h"
 #include "measure/surfaces.h"
 #include "photometry/units/light_unit.h"
@@ -22,7 +24,7 @@ constexpr double kPi = std::numbers::pi;
 /// The flux of a light without a surface, of radiances with a luminance of 1 and over the square of the
 /// scene's unit: by its amount, or of a point by its colour. Nothing where the message alone does not tell
 /// it.
-std::optional<double> flux_of_lamp(const v1::Light& light, const MeasuredScene& scene, double square_metres) {
+std::optional<double> told_flux(const v1::Light& light, const MeasuredScene& scene, double square_metres) {
   if (light.has_amount()) {
     const auto unit = photometry::parse_light_unit(light.amount().unit());
     if (!unit.ok()) return std::nullopt;
@@ -38,6 +40,15 @@ std::optional<double> flux_of_lamp(const v1::Light& light, const MeasuredScene& 
   const v1::Rgb& rgb = light.point().intensity().rgb();
   const double luminance = 0.2126 * rgb.r() + 0.7152 * rgb.g() + 0.0722 * rgb.b();
   return 4 * kPi * luminance * (light.has_scale() ? light.scale() : 1);
+}
+
+/// The scene without anything that shines or is lit.
+v1::Scene without_light(const v1::Scene& scene) {
+  v1::Scene rest = scene;
+  rest.clear_lights(), rest.clear_shapes(), rest.clear_instances(), rest.clear_packed_instances();
+  rest.clear_objects(), rest.clear_views();
+  rest.mutable_settings()->clear_layers();
+  return rest;
 }
 
 }  // namespace
@@ -108,7 +119,76 @@ absl::StatusOr<ReceiverPlace> Planner::hull(bool inward) {
   return place;
 }
 
+absl::StatusOr<double> Planner::flux_of_lamp(const v1::Light& light, double square_metres) const {
+  if (const std::optional<double> told = told_flux(light, scene_, square_metres)) return *told;
+  const std::string name = light.name().empty() ? "a light without a surface" : light.name();
+  if (scene_.is_spectral)
+    return fault(absl::StrCat(
+        "'", name,
+        "': with wavelengths the flux of a light is told where its amount is in lm, or its RGB of a point"));
+  v1::Scene lights = without_light(scene_.imported.scene);
+  *lights.add_lights() = light;
+  auto flux = scene_.emitted_flux(lights);
+  if (!flux.ok()) return fault(absl::StrCat("'", name, "': ", flux.status().message()));
+  return flux;
+}
+
+absl::Status Planner::add_flux_of_light(const v1::FluxMeter& meter) {
+  const std::string& name = meter.light();
+  if (!meter.receivers().empty() || meter.escaping())
+    return fault("it has a light, and receivers or what escapes: one of them was expected");
+  if (meter.side() != v1::FluxMeter::EMITTED && meter.side() != v1::FluxMeter::NET)
+    return fault("of a light by its name the flux that it emits is told: side is EMITTED");
+  const v1::Scene& scene = scene_.imported.scene;
+  const double square = square_metres();
+  double sum = 0;
+  std::vector<std::string> names;
+  bool is_there = false;
+  for (const v1::Light& light : scene.lights()) {
+    for (const std::string& known : {light.name(), light.group()})
+      if (!known.empty()) names.push_back(known);
+    if (light.name() != name && light.group() != name) continue;
+    if (light.has_infinite() || light.has_distant() || light.has_sky())
+      return fault(absl::StrCat("light '", name, "' shines from infinity: its flux has no end"));
+    const auto flux = flux_of_lamp(light, square);
+    if (!flux.ok()) return flux.status();
+    sum += *flux, is_there = true;
+  }
+  v1::Scene surfaces = without_light(scene);
+  for (const v1::Shape& shape : scene.shapes()) {
+    if (!shape.has_area_light()) continue;
+    for (const std::string& known : {shape.name(), shape.area_light().group()})
+      if (!known.empty()) names.push_back(known);
+    if (shape.name() != name && shape.area_light().group() != name) continue;
+    if (shape.motion_size() > 0 || shape.has_world_from_object_end() || shape.mesh().later_blobs_size() > 0)
+      return fault(absl::StrCat("light '", name, "' is a surface that moves, whose size may change"));
+    *surfaces.add_shapes() = shape;
+  }
+  for (const v1::Object& object : scene.objects()) {
+    for (const v1::Shape& shape : object.shapes())
+      if (shape.has_area_light() && (shape.name() == name || shape.area_light().group() == name))
+        return fault(absl::StrCat("light '", name, "' is a surface of object '", object.name(),
+                                  "', which instances may place anywhere and stretch"));
+  }
+  if (surfaces.shapes_size() > 0) {
+    if (scene_.is_spectral)
+      return fault(absl::StrCat("light '", name,
+                                "': with wavelengths the flux of surfaces is not told by name; ",
+                                "receivers with side EMITTED measure it"));
+    const auto flux = scene_.emitted_flux(surfaces);
+    if (!flux.ok()) return fault(absl::StrCat("light '", name, "': ", flux.status().message()));
+    sum += *flux, is_there = true;
+  }
+  if (!is_there)
+    return fault(absl::StrCat("there is no light or group '", name, "'", base::did_you_mean(name, names)));
+  if (channel_ != ReadingChannel::kLuminance)
+    return fault(absl::StrCat("light '", name, "': its flux is told in lm, and of RGB in W"));
+  add_reading("").constant = sum * factor_ * square;
+  return absl::OkStatus();
+}
+
 absl::Status Planner::add_flux(const v1::FluxMeter& meter) {
+  if (!meter.light().empty()) return add_flux_of_light(meter);
   factor_ *= square_metres();
   PlannedReading& reading = add_reading("");
   if (meter.escaping()) {
@@ -117,7 +197,6 @@ absl::Status Planner::add_flux(const v1::FluxMeter& meter) {
     add_flux_of(*place, v1::Probe::PLANE, 1, reading);
     return absl::OkStatus();
   }
-  if (!meter.light().empty()) return fault("the flux of a light by its name is not measured yet");
   return for_each_place(meter.receivers(), [&](ReceiverPlace& place) {
     if (place.probe.has_point()) return fault("flux is of planes and surfaces");
     if (place.mesh) return fault("flux is that of a whole surface: by_triangle is no part of it");
@@ -165,12 +244,8 @@ absl::Status Planner::add_energy_balance() {
   take(*inside, v1::Probe::PLANE, 1, escaped, -1, ReadLight::kAll);
   for (const v1::Light& light : scene.lights()) {
     if (light.has_infinite() || light.has_distant() || light.has_sky()) continue;
-    const std::optional<double> lamp = flux_of_lamp(light, scene_, square);
-    if (!lamp)
-      return fault(
-          "of lights without a surface, the balance knows those with an amount in lm, and point lights with "
-          "an "
-          "intensity in RGB");
+    const auto lamp = flux_of_lamp(light, square);
+    if (!lamp.ok()) return lamp.status();
     const double flux = *lamp * factor_;
     emitted.constant += flux, residual.constant += flux;
   }

@@ -39,6 +39,9 @@ class Planner {
   absl::Status add_exitance(const v1::ExitanceMeter& meter);
   absl::Status add_intensity(const v1::IntensityMeter& meter);
   absl::Status add_flux(const v1::FluxMeter& meter);
+  absl::Status add_flux_of_light(const v1::FluxMeter& meter);
+  /// The luminance flux of a light without a surface, over the square of the scene's unit.
+  absl::StatusOr<double> flux_of_lamp(const v1::Light& light, double square_metres) const;
   absl::Status add_daylight_factor(const v1::DaylightFactorMeter& meter);
   absl::Status add_energy_balance();
   absl::Status add_ratio(const v1::RatioMeter& meter);

@@ -7,130 +7,23 @@
 #include <utility>
 
 #include "image/metrics.h"
+#include "measure/integrator_choice.h"
 #include "measure/ratio.h"
+#include "measure/sampling_round.h"
 
 namespace tessera::client {
 
 namespace {
 
-/// Pixels of a cell in the first round: enough to know their spread.
-constexpr std::uint64_t kFirstPixels = 16;
 constexpr std::uint32_t kMostSamplesPerPixel = 64;
-/// A job has no more pixels; a film is so wide, or less.
-constexpr std::uint64_t kMostPixels = std::uint64_t{1} << 20;
-constexpr std::uint32_t kWidth = 256;
+/// Pixels of cells whose integrator was chosen: so many are needed at least, for the choice paid.
+constexpr std::uint64_t kPixelsAfterChoice = 4 * kFirstPixels;
 /// The spread of few pixels is uncertain: a round at most multiplies by this what it is judged by.
 constexpr double kMostGrowth = 16;
 constexpr int kMostRounds = 64;
 /// Rounds that go on for heavy tails alone: each doubles, and some tails never end. A warning names the
 /// figures.
 constexpr int kMostHeavyRounds = 8;
-
-/// A run of cells of one probe that a job has pixels for, in the order of the pixels.
-struct CellPixels {
-  std::size_t cell;
-  std::uint64_t pixels;
-};
-
-/// Renders jobs that give cells so many more pixels each.
-class Round {
- public:
-  Round(const MeasurePlan& plan, const SamplingOptions& options, const RenderProbes& render,
-        SampledCells& sampled, SamplingProgress& progress)
-      : plan_(plan), options_(options), render_(render), sampled_(sampled), progress_(progress) {}
-
-  absl::Status run(const std::vector<std::uint64_t>& wanted, std::uint64_t& seed);
-
- private:
-  absl::Status run(ReadLight light, const std::vector<std::uint64_t>& wanted, std::uint64_t& seed);
-  absl::Status finish(ReadLight light, std::uint64_t& seed);
-  v1::Probe& begin(const PlannedProbe& probe, std::size_t cell);
-  bool time_is_up() const { return options_.time_is_up && options_.time_is_up(); }
-
-  const MeasurePlan& plan_;
-  const SamplingOptions& options_;
-  const RenderProbes& render_;
-  SampledCells& sampled_;
-  SamplingProgress& progress_;
-  v1::ProbeCamera camera_;
-  std::vector<SceneBlob> blobs_;
-  std::vector<CellPixels> order_;
-  std::uint64_t pixels_ = 0;
-};
-
-absl::Status Round::finish(ReadLight light, std::uint64_t& seed) {
-  if (pixels_ == 0) return absl::OkStatus();
-  ProbeJob job;
-  job.camera.Swap(&camera_);
-  job.blobs = std::exchange(blobs_, {});
-  job.light = light;
-  job.spp = sampled_.samples_per_pixel;
-  job.width = static_cast<std::uint32_t>(std::min<std::uint64_t>(kWidth, pixels_));
-  job.height = static_cast<std::uint32_t>((pixels_ + job.width - 1) / job.width);
-  job.seed = seed++;
-  const auto picture = render_(job);
-  if (!picture.ok()) return picture.status();
-  if (picture->pixels.size() < pixels_) return absl::InternalError("a picture of probes lacks pixels");
-  sampled_.cpu_seconds += picture->cpu_seconds;
-  std::size_t pixel = 0;
-  for (const CellPixels& run : order_) {
-    for (std::uint64_t i = 0; i < run.pixels; ++i) sampled_.cells[run.cell].add(picture->pixels[pixel++]);
-  }
-  progress_.samples += pixels_ * sampled_.samples_per_pixel;
-  if (options_.progress) options_.progress(progress_);
-  camera_.Clear(), order_.clear(), pixels_ = 0;
-  return absl::OkStatus();
-}
-
-/// Adds the probe to the job, without pixels: of a cell that is a triangle, the one of that.
-v1::Probe& Round::begin(const PlannedProbe& probe, std::size_t cell) {
-  v1::Probe& added = *camera_.add_probes();
-  added = probe.probe;
-  if (!probe.triangles.empty()) place_on(probe.triangles[cell], added);
-  added.mutable_pixels_of_cells()->Resize(probe.triangles.empty() ? static_cast<int>(probe.cells) : 1, 0);
-  for (const SceneBlob& blob : probe.blobs) {
-    const auto is_it = [&](const SceneBlob& other) { return other.ref.digest() == blob.ref.digest(); };
-    if (std::ranges::none_of(blobs_, is_it)) blobs_.push_back(blob);
-  }
-  return added;
-}
-
-absl::Status Round::run(ReadLight light, const std::vector<std::uint64_t>& wanted, std::uint64_t& seed) {
-  for (const PlannedProbe& probe : plan_.probes) {
-    if (probe.light != light) continue;
-    v1::Probe* added = nullptr;
-    for (std::size_t i = 0; i < probe.cells; ++i) {
-      const std::size_t cell = probe.first_cell + i;
-      const bool is_triangle = !probe.triangles.empty();
-      if (is_triangle && !(probe.triangles[i].area() > 0)) continue;
-      if (is_triangle) added = nullptr;
-      std::uint64_t left = wanted[cell];
-      while (left > 0) {
-        if (pixels_ == kMostPixels) {
-          if (absl::Status s = finish(light, seed); !s.ok()) return s;
-          added = nullptr;
-          if (time_is_up()) {
-            sampled_.stopped = true;
-            return absl::OkStatus();
-          }
-        }
-        if (added == nullptr) added = &begin(probe, i);
-        const std::uint64_t now = std::min(left, kMostPixels - pixels_);
-        added->set_pixels_of_cells(is_triangle ? 0 : static_cast<int>(i), static_cast<std::uint32_t>(now));
-        order_.push_back({cell, now});
-        pixels_ += now, left -= now;
-      }
-    }
-  }
-  return finish(light, seed);
-}
-
-absl::Status Round::run(const std::vector<std::uint64_t>& wanted, std::uint64_t& seed) {
-  for (const ReadLight light : {ReadLight::kAll, ReadLight::kStraight}) {
-    if (absl::Status s = run(light, wanted, seed); !s.ok()) return s;
-  }
-  return absl::OkStatus();
-}
 
 /// How many more pixels the cells of a figure need, for each that they have, `now` being its relative error.
 double more_for(double now, double error) {
@@ -263,36 +156,152 @@ class Judge {
   bool is_done_ = true;
 };
 
+/// Samples the cells of a plan.
+class CellSampler {
+ public:
+  CellSampler(const MeasurePlan& plan, const SamplingOptions& options, const RenderProbes& render)
+      : plan_(plan), options_(options), render_(render), seed_(options.seed) {}
+
+  absl::StatusOr<SampledCells> run();
+
+ private:
+  absl::Status run_round(const std::vector<std::uint64_t>& wanted) {
+    return Round(plan_, options_, render_, sampled_, progress_).run(wanted, seed_);
+  }
+  /// Chooses each meter's integrator after kFirstPixels pixels of all cells by the first one; what was read
+  /// for the choice is forgotten. Returns how many pixels cells are to have next.
+  absl::StatusOr<std::vector<std::uint64_t>> choose(std::uint64_t pixels);
+  absl::StatusOr<Trial> try_integrator(std::size_t number, const std::vector<bool>& is_tried);
+  std::vector<std::uint64_t> judge(int round, bool& is_done);
+  bool time_is_up() const { return options_.time_is_up && options_.time_is_up(); }
+
+  const MeasurePlan& plan_;
+  const SamplingOptions& options_;
+  const RenderProbes& render_;
+  std::uint64_t seed_;
+  SampledCells sampled_;
+  SamplingProgress progress_;
+};
+
+std::vector<std::uint64_t> CellSampler::judge(int round, bool& is_done) {
+  Judge judge(plan_, options_.error, round < kMostHeavyRounds, sampled_);
+  judge.judge_all();
+  progress_.worst = judge.worst(), progress_.worst_meter = judge.worst_meter();
+  if (options_.progress) options_.progress(progress_);
+  is_done = judge.is_done();
+  return judge.take_wanted();
+}
+
+absl::StatusOr<Trial> CellSampler::try_integrator(std::size_t number, const std::vector<bool>& is_tried) {
+  Trial trial;
+  trial.sampled.samples_per_pixel = sampled_.samples_per_pixel;
+  trial.sampled.cells = sampled_.cells;
+  std::vector<std::uint64_t> wanted(plan_.cells, 0);
+  std::uint64_t pixels = 0;
+  for (const PlannedProbe& probe : plan_.probes) {
+    for (std::size_t cell = probe.first_cell; cell < probe.first_cell + probe.cells; ++cell) {
+      if (!is_tried[cell]) continue;
+      trial.sampled.cells[cell] = {};
+      if (can_read(options_.integrators[number], probe.probe)) wanted[cell] = kFirstPixels;
+      pixels += wanted[cell];
+    }
+  }
+  absl::Status tried = Round(plan_, options_, render_, trial.sampled, progress_).run(number, wanted, seed_);
+  sampled_.cpu_seconds += trial.sampled.cpu_seconds;
+  sampled_.stopped |= trial.sampled.stopped;
+  // The scene is not for all integrators.
+  if (!tried.ok() && !absl::IsInvalidArgument(tried)) return tried;
+  if (!tried.ok()) {
+    for (std::size_t cell = 0; cell < plan_.cells; ++cell)
+      if (is_tried[cell]) trial.sampled.cells[cell] = {};
+  }
+  trial.rays_per_pixel = std::max(
+      1.0, static_cast<double>(trial.sampled.rays) / static_cast<double>(std::max<std::uint64_t>(1, pixels)));
+  return trial;
+}
+
+absl::StatusOr<std::vector<std::uint64_t>> CellSampler::choose(std::uint64_t pixels) {
+  const std::vector<std::vector<std::size_t>> cells = cells_of_meters(plan_);
+  const std::vector<bool> tries = meters_to_try(plan_, options_.error, sampled_);
+  std::vector<bool> is_tried(plan_.cells, false);
+  std::uint64_t read = 0;
+  for (std::size_t m = 0; m < cells.size(); ++m) {
+    read += kFirstPixels * cells[m].size();
+    for (const std::size_t cell : cells[m]) is_tried[cell] = tries[m];
+  }
+  std::vector<Trial> trials;
+  trials.push_back(
+      {.sampled = sampled_,
+       .rays_per_pixel = std::max(
+           1.0, static_cast<double>(sampled_.rays) / static_cast<double>(std::max<std::uint64_t>(1, read)))});
+  const bool any = std::ranges::find(is_tried, true) != is_tried.end();
+  for (std::size_t i = 1; any && i < options_.integrators.size() && !sampled_.stopped; ++i) {
+    auto trial = try_integrator(i, is_tried);
+    if (!trial.ok()) return trial.status();
+    trials.push_back(*std::move(trial));
+    sampled_.stopped |= time_is_up();
+  }
+  bool is_done = true;
+  std::vector<std::uint64_t> wanted = judge(0, is_done);
+  if (sampled_.stopped) return wanted;
+  for (std::size_t m = 0; m < cells.size(); ++m) {
+    if (!tries[m] || cells[m].empty()) continue;
+    sampled_.integrator_of_meter[m] = best_trial(plan_.meters[m], trials);
+    for (const std::size_t cell : cells[m]) {
+      sampled_.integrator_of_cell[cell] = sampled_.integrator_of_meter[m];
+      sampled_.cells[cell] = {};
+      wanted[cell] = kPixelsAfterChoice;
+    }
+  }
+  if (options_.error > 0) return wanted;
+  for (std::size_t cell = 0; cell < plan_.cells; ++cell)
+    wanted[cell] = pixels - std::min(pixels, sampled_.cells[cell].pixels());
+  return wanted;
+}
+
+absl::StatusOr<SampledCells> CellSampler::run() {
+  sampled_.cells.resize(plan_.cells);
+  if (plan_.cells == 0) return std::move(sampled_);
+  const std::uint64_t samples = options_.error > 0 ? kFirstPixels * kMostSamplesPerPixel : options_.samples;
+  sampled_.samples_per_pixel = static_cast<std::uint32_t>(
+      std::clamp<std::uint64_t>(std::bit_floor(samples / kFirstPixels), 1, kMostSamplesPerPixel));
+  const std::uint64_t pixels =
+      std::max(kFirstPixels, (samples + sampled_.samples_per_pixel - 1) / sampled_.samples_per_pixel);
+  const bool chooses =
+      options_.integrators.size() > 1 && (options_.error > 0 || pixels >= kTrialsThatPay * kFirstPixels);
+  if (chooses) {
+    sampled_.integrator_of_cell.assign(plan_.cells, 0);
+    sampled_.integrator_of_meter.assign(plan_.meters.size(), 0);
+  }
+  std::vector<std::uint64_t> wanted(plan_.cells, chooses ? kFirstPixels : pixels);
+  for (int round = 0; round < kMostRounds; ++round) {
+    if (absl::Status s = run_round(wanted); !s.ok()) return s;
+    progress_.rounds = round + 1;
+    bool is_done = true;
+    // What was read for a choice is gone: a round follows it whatever the time.
+    const bool chooses_now = round == 0 && chooses && !sampled_.stopped && !time_is_up();
+    if (chooses_now) {
+      auto next = choose(pixels);
+      if (!next.ok()) return next.status();
+      wanted = *std::move(next);
+      is_done = std::ranges::all_of(wanted, [](std::uint64_t more) { return more == 0; });
+    } else {
+      wanted = judge(round, is_done);
+    }
+    if (is_done || sampled_.stopped) break;
+    if (!chooses_now && time_is_up()) {
+      sampled_.stopped = true;
+      break;
+    }
+  }
+  return std::move(sampled_);
+}
+
 }  // namespace
 
 absl::StatusOr<SampledCells> sample_cells(const MeasurePlan& plan, const SamplingOptions& options,
                                           const RenderProbes& render) {
-  SampledCells sampled;
-  sampled.cells.resize(plan.cells);
-  if (plan.cells == 0) return sampled;
-  const std::uint64_t samples = options.error > 0 ? kFirstPixels * kMostSamplesPerPixel : options.samples;
-  sampled.samples_per_pixel = static_cast<std::uint32_t>(
-      std::clamp<std::uint64_t>(std::bit_floor(samples / kFirstPixels), 1, kMostSamplesPerPixel));
-  const std::uint64_t pixels =
-      std::max(kFirstPixels, (samples + sampled.samples_per_pixel - 1) / sampled.samples_per_pixel);
-  std::vector<std::uint64_t> wanted(plan.cells, pixels);
-  std::uint64_t seed = options.seed;
-  SamplingProgress progress;
-  for (int round = 0; round < kMostRounds; ++round) {
-    if (absl::Status s = Round(plan, options, render, sampled, progress).run(wanted, seed); !s.ok()) return s;
-    progress.rounds = round + 1;
-    Judge judge(plan, options.error, round < kMostHeavyRounds, sampled);
-    judge.judge_all();
-    progress.worst = judge.worst(), progress.worst_meter = judge.worst_meter();
-    if (options.progress) options.progress(progress);
-    if (judge.is_done() || sampled.stopped) break;
-    if (options.time_is_up && options.time_is_up()) {
-      sampled.stopped = true;
-      break;
-    }
-    wanted = judge.take_wanted();
-  }
-  return sampled;
+  return CellSampler(plan, options, render).run();
 }
 
 }  // namespace tessera::client

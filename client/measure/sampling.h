@@ -21,11 +21,13 @@ struct ProbeJob {
   std::uint32_t width = 1, height = 1, spp = 1;
   std::uint64_t seed = 0;
   ReadLight light = ReadLight::kAll;
+  std::string integrator = {};  // empty: the usual one
 };
 
 struct ProbePicture {
   std::vector<ChannelValues> pixels;
   double cpu_seconds = 0;
+  std::uint64_t rays = 0;  // that were traced
 };
 
 using RenderProbes = std::function<absl::StatusOr<ProbePicture>(const ProbeJob& job)>;
@@ -79,6 +81,8 @@ struct SamplingOptions {
   std::uint64_t samples = 4096;  // of each cell, where no error is wanted
   double error = 0;              // half of a 95 % interval over its figure; 0: none is wanted
   std::uint64_t seed = 0;
+  // Among which each meter's is chosen, the usual one first; fewer than two: nothing is chosen.
+  std::vector<std::string> integrators = {};
   std::function<bool()> time_is_up = {};  // ends between two jobs; absent: never
   std::function<void(const SamplingProgress& progress)> progress = {};  // after each job, and each round
 };
@@ -87,7 +91,10 @@ struct SampledCells {
   std::vector<CellSums> cells;
   std::uint32_t samples_per_pixel = 1;
   double cpu_seconds = 0;
-  bool stopped = false;  // by time_is_up
+  std::uint64_t rays = 0;  // of jobs that read all light
+  bool stopped = false;    // by time_is_up
+  // Where integrators are chosen, numbers of SamplingOptions::integrators, by which cells read all light.
+  std::vector<std::size_t> integrator_of_cell = {}, integrator_of_meter = {};
 };
 
 /// Whether one pixel decides the spread of a figure's largest part: heavy tails.

@@ -125,6 +125,7 @@ constexpr std::array kAlgorithms{
                     .lens_ghosts = true,
                     .samples_all_light = true,
                     .starts_at_lights = true,
+                    .reads_probes = true,
                     .blindness = Blindness::kCausticsInMirrors},
     AlgorithmTraits{
         .name = "vcm",

@@ -86,6 +86,10 @@ class RenderScene {
   /// where it finds all.
   virtual std::string unseen_light(const std::string& algorithm) const { return ""; }
 
+  /// R, G and B of the flux that all lights with a place emit when the shutter opens, textures and all, by so
+  /// many rays of each, in units of the scene: radiance times its unit of length squared.
+  virtual std::array<double, 3> emitted_flux(std::int32_t rays) const { return {}; }
+
   /// Decisions that building made, and why; one line each.
   virtual std::vector<std::string> notes() const { return {}; }
 

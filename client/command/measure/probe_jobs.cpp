@@ -3,6 +3,7 @@
 #include <ImathBox.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -58,6 +59,8 @@ v1::RenderSettings settings_of(const ProbeJob& job, v1::RenderSettings settings)
   settings.set_reconstruction(v1::RECONSTRUCTION_SAMPLE);
   settings.set_texture_footprint(0);
   settings.set_glass_shadows(v1::GLASS_SHADOWS_TRACED);
+  // Rays of meters are aimed: those to the middle of a rectangle meet the edge that its triangles share.
+  if (settings.intersection() != v1::INTERSECTION_FAST) settings.set_intersection(v1::INTERSECTION_ROBUST);
   if (settings.color() == v1::COLOR_SPECTRAL) {
     settings.set_sensor("cie1931");
     settings.set_rgb_space(v1::RGB_SPACE_REC709);
@@ -65,6 +68,7 @@ v1::RenderSettings settings_of(const ProbeJob& job, v1::RenderSettings settings)
     settings.set_film(absl::StrCat("spectral:", kBands, ":", kFromNm, "-", kToNm));
   }
   settings.set_exposure("scene");
+  if (!job.integrator.empty()) settings.set_integrator(job.integrator);
   if (job.light == ReadLight::kStraight) settings.set_max_depth(0);
   return settings;
 }
@@ -135,7 +139,7 @@ absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job) {
   if (!image.ok()) return image.status();
   auto pixels = pixels_of(*image, settings.color() == v1::COLOR_SPECTRAL);
   if (!pixels.ok()) return pixels.status();
-  return ProbePicture{.pixels = *std::move(pixels), .cpu_seconds = cpu_seconds_};
+  return ProbePicture{.pixels = *std::move(pixels), .cpu_seconds = cpu_seconds_, .rays = rays_};
 }
 
 absl::StatusOr<std::vector<double>> ProbeJobs::render(const PictureJob& job) {
@@ -171,26 +175,28 @@ absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job, const v1::Li
   map.bytes = std::move(sky);
   *scene.add_lights() = light;
   *scene.mutable_lights(0)->mutable_infinite()->mutable_image() = map.ref;
-  built_.reset();
+  built_.clear();
   return render(job);
 }
 
 absl::Status ProbeJobs::check(const v1::JobSpec& spec) {
-  if (std::exchange(checked_, true)) return absl::OkStatus();
+  if (!checked_.insert(spec.content().algorithms().integrator()).second) return absl::OkStatus();
   std::vector<SceneFault> faults = find_scene_faults(scene_, &spec);
   for (SceneFault& fault : find_job_faults(scene_, spec)) faults.push_back(std::move(fault));
   return faults.empty() ? absl::OkStatus() : status_of(faults, scene_);
 }
 
 absl::Status ProbeJobs::build(const PreparedJob& job) {
-  if (built_ != nullptr) return absl::OkStatus();
+  std::shared_ptr<const BuiltScene>& of_integrator = built_[job.spec.content().algorithms().integrator()];
+  if (of_integrator != nullptr) return absl::OkStatus();
+  if (contents_ == nullptr) contents_ = make_shared_contents();
   auto built = std::make_shared<BuiltScene>();
-  built->contents = make_shared_contents();
+  built->contents = contents_;
   auto loaded = BenchScene::load(job.spec, job.blobs, options_.threads, built->contents.get(), options_.stop);
   if (!loaded.ok()) return loaded.status();
   for (const std::string& warning : (*loaded)->warnings()) warn(warning);
   built->scene = *std::move(loaded);
-  built_ = std::move(built);
+  of_integrator = std::move(built);
   return absl::OkStatus();
 }
 
@@ -215,8 +221,10 @@ absl::StatusOr<Image> ProbeJobs::run(const PreparedJob& job) {
   std::unique_ptr<LocalFarm> local;
   JobCalls* calls = options_.farm;
   if (calls == nullptr) {
-    auto started = LocalFarm::start(
-        {.threads = options_.threads, .isa = job.spec.farm().isa(), .blobs = job.blobs, .built = built_});
+    auto started = LocalFarm::start({.threads = options_.threads,
+                                     .isa = job.spec.farm().isa(),
+                                     .blobs = job.blobs,
+                                     .built = built_[job.spec.content().algorithms().integrator()]});
     if (!started.ok()) return started.status();
     local = *std::move(started);
     calls = &local->calls();
@@ -232,6 +240,7 @@ absl::StatusOr<Image> ProbeJobs::run(const PreparedJob& job) {
     return absl::AbortedError(
         absl::StrCat("job ", *id, " was not finished", why.empty() ? "" : absl::StrCat(": ", why)));
   }
+  rays_ = stats.camera_rays() + stats.bounce_rays() + stats.shadow_rays();
   cpu_seconds_ = static_cast<double>(stats.cpu_time().seconds()) + 1e-9 * stats.cpu_time().nanos();
   if (stats.dropped_samples() > 0)
     warn(absl::StrCat(stats.dropped_samples(), " samples were no numbers, and count as black"));
@@ -280,6 +289,22 @@ void extend_by_light(const v1::Light& light, Imath::Box3d& box) {
 }
 
 }  // namespace
+
+absl::StatusOr<double> emitted_flux(const ImportedScene& scene, const v1::Scene& lights, int threads) {
+  constexpr std::int32_t kRays = 1 << 18;
+  ImportedScene part = scene;
+  part.scene = lights;
+  JobSettings settings;
+  settings.settings.set_integrator("volpath");
+  settings.settings.set_path_sharing(v1::PATH_SHARING_OFF);
+  const auto prepared = prepare_job(settings, part, "flux");
+  if (!prepared.ok()) return absl::InvalidArgumentError(prepared.status().message());
+  set_local_isa((*prepared)->spec);
+  const auto built = BenchScene::load((*prepared)->spec, (*prepared)->blobs, threads);
+  if (!built.ok()) return built.status();
+  const std::array<double, 3> flux = (*built)->emitted_flux(kRays);
+  return 0.212639 * flux[0] + 0.715169 * flux[1] + 0.072192 * flux[2];
+}
 
 absl::StatusOr<Ball> ball_around(const ImportedScene& scene, int threads) {
   JobSettings settings;

@@ -1,8 +1,11 @@
 // Jobs whose pixels are readings of probes, here or on a farm.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
+#include <set>
 #include <stop_token>
 #include <string>
 #include <vector>
@@ -14,6 +17,10 @@
 #include "import/input/imported_scene.h"
 #include "measure/eye.h"
 #include "measure/sampling.h"
+
+namespace tessera::render {
+class SharedContents;
+}
 
 namespace tessera::client {
 
@@ -57,11 +64,22 @@ class ProbeJobs {
 
   ImportedScene& scene_;
   ProbeJobOptions options_;
-  std::shared_ptr<const BuiltScene> built_;  // the scene as it was built for the first job of this process
+  // The scene as it was built in this process for the first job of each integrator; they share what they have
+  // in common.
+  std::map<std::string, std::shared_ptr<const BuiltScene>> built_;
+  std::shared_ptr<render::SharedContents> contents_;
+  std::set<std::string> checked_;  // integrators of which a job was checked
   std::vector<std::string> warnings_;
-  bool checked_ = false, has_patch_ = false;
-  double cpu_seconds_ = 0;  // of the latest job
+  bool has_patch_ = false;
+  // Of the latest job
+  double cpu_seconds_ = 0;
+  std::uint64_t rays_ = 0;
 };
+
+/// The flux that the lights of `lights` emit, a part of the scene with its blobs: a luminance flux, in the
+/// scene's radiance and unit of length squared, to 1e-4 where textures have no finer detail than some hundred
+/// steps across. InvalidArgument where such a scene cannot be built.
+absl::StatusOr<double> emitted_flux(const ImportedScene& scene, const v1::Scene& lights, int threads);
 
 /// The ball around the box around all shapes of the scene, and its lights at places.
 absl::StatusOr<Ball> ball_around(const ImportedScene& scene, int threads);

@@ -1,4 +1,5 @@
 // Meters against closed forms: all figures within their own errors, and these small.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -91,6 +92,61 @@ TEST(Measure, ReadsWhatLeavesALamp) {
                  "'lamp' } } } } "
                  "meters { name: 'escaping' unit: 'W' flux { escaping: true } }",
        .truths = {kPi, 0, kPi * kPi * 2.25, kPi * kPi * 2.25}});
+}
+
+TEST(Measure, TellsTheFluxOfLightsByName) {
+  const auto flux = [](const std::string& name) {
+    return "meters { name: 'flux of " + name + "' unit: 'W' flux { side: EMITTED light: '" + name + "' } } ";
+  };
+  const std::string bright = " intensity { rgb { r: 3 g: 3 b: 3 } } ", place = " position { z: 2 } ";
+  const std::string placed = " world_from_light { elements: [0,0,1,1, 1,0,0,0, 0,1,0,2, 0,0,0,1] } ";
+  const std::string glows = " area_light { radiance { rgb { r: 1 g: 1 b: 1 } } ";
+  // A falloff linear in the angle from 0.3 to 0.7: 2 pi times the integral of its product with the sine.
+  const double inner = 20 * kPi / 180, outer = 40 * kPi / 180;
+  const double linear = 2 * kPi * (1 - (std::sin(outer) - std::sin(inner)) / (outer - inner));
+  const double tan = std::tan(kPi / 6);
+  expect_measured(
+      {.name = "lights",
+       .scene = "lights { name: 'point' group: 'both' point {" + place + bright + "} scale: 2 } " +
+                "lights { name: 'soft' point { radius: 0.1" + place + bright + "} } " +
+                "lights { name: 'spot' group: 'both' spot { cone_angle_degrees: 40" + place + bright +
+                "} } " + "lights { name: 'smooth' spot { cone_angle_degrees: 40 cone_delta_degrees: 20" +
+                place + bright +
+                "} } lights { name: 'linear' spot { falloff: LINEAR cone_angle_degrees: 40 "
+                "cone_delta_degrees: 20" +
+                place + bright + "} } lights { name: 'slides' projection { fov_degrees: 60" + placed +
+                bright + "} } lights { name: 'map' goniometric {" + placed + bright + "} } " +
+                "lights { name: 'bulb' point {" + place + bright +
+                "} amount { value: 1366 unit: 'lm' } } shapes { polygon { corners: [0,0,0, 2,0,0, 0,1,3] } "
+                "material: 'black' name: 'polygon'" +
+                glows + "two_sided: true } } shapes { sphere { radius: 0.5 } material: 'black' name: 'ball'" +
+                glows + "group: 'both' } } " + emitting_disk(1.5, 2),
+       .meters = flux("point") + flux("soft") + flux("spot") + flux("smooth") + flux("linear") +
+                 flux("slides") + flux("map") + flux("polygon") + flux("ball") + flux("both") +
+                 "meters { name: 'lumens' flux { side: EMITTED light: 'bulb' } } " + flux("lamp"),
+       .truths = {24 * kPi, 12 * kPi, 6 * kPi * (1 - std::cos(outer)),
+                  6 * kPi * (1 - (std::cos(inner) + std::cos(outer)) / 2), 3 * linear,
+                  12 * std::asin(tan * tan / (1 + tan * tan)), 12 * kPi, 2 * kPi * std::sqrt(10.0), kPi * kPi,
+                  24 * kPi + 6 * kPi * (1 - std::cos(outer)) + kPi * kPi, 1366, kPi * kPi * 2.25},
+       .samples = 16,
+       .rounding = 1e-4});
+}
+
+TEST(Measure, RefusesTheFluxOfOtherLightsByName) {
+  const auto why = [](const std::string& light, const std::string& more = "") {
+    return std::string(
+        measure_text(
+            {.scene = scene_with("lights { name: 'sun' distant { direction { z: -1 } irradiance { rgb "
+                                 "{ r: 2 g: 2 b: 2 } } } } " +
+                                 emitting_disk(1, 1)),
+             .meters = "meters { name: 'm' flux { side: EMITTED light: '" + light + "' " + more + "} }"})
+            .status()
+            .message());
+  };
+  using testing::HasSubstr;
+  EXPECT_THAT(why("sun"), HasSubstr("light 'sun' shines from infinity: its flux has no end"));
+  EXPECT_THAT(why("lamb"), HasSubstr("there is no light or group 'lamb'; did you mean 'lamp'?"));
+  EXPECT_THAT(why("lamp", "escaping: true"), HasSubstr("one of them was expected"));
 }
 
 /// A ball whose inside glows with a radiance of 1 and reflects a part of all light.

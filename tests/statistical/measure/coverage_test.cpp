@@ -84,6 +84,11 @@ TEST(Coverage, OfEveryKindIsWhatIntervalsSay) {
   }
 }
 
+TEST(Coverage, OfBidirectionalPathsIsWhatIntervalsSay) {
+  const char* const probe = "kind: PLANE point { x: -0.4 y: 0.1 } axis { z: 1 }";
+  EXPECT_NEAR(coverage_of(probe, std::string(kRoom) + kWhiteSky, "bdpt"), 0.95, kAllowed);
+}
+
 TEST(Coverage, OfLightTracingIsWhatIntervalsSay) {
   // In a ball that glows all its paths meet the walls. In the open, as under the sky above, hardly any do,
   // and tails are heavy.

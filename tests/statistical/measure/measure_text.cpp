@@ -32,6 +32,7 @@ struct MeasuredText::State {
   std::unique_ptr<client::ProbeJobs> jobs;
   std::string algorithm;
   double error = 0;
+  std::vector<std::string> integrators;
 };
 
 MeasuredText::MeasuredText(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -54,21 +55,26 @@ absl::StatusOr<std::unique_ptr<MeasuredText>> MeasuredText::open(const MeasureRe
   auto scene = client::measured_scene(s.imported, s.file, request.is_spectral, ball);
   if (!scene.ok()) return scene.status();
   s.scene.emplace(*std::move(scene));
+  s.scene->emitted_flux = [&s](const v1::Scene& lights) {
+    return client::emitted_flux(s.imported, lights, 1);
+  };
   auto plan = client::plan_of(s.file, *s.scene);
   if (!plan.ok()) return plan.status();
   s.plan = *std::move(plan);
-  client::ProbeJobOptions how{.name = "test", .threads = 2};
+  client::ProbeJobOptions how{.name = "test", .threads = request.threads};
   how.job.settings.set_integrator(request.algorithm);
   if (request.is_spectral) how.job.settings.set_color(v1::COLOR_SPECTRAL);
   s.jobs = std::make_unique<client::ProbeJobs>(s.imported, how);
   s.algorithm = request.algorithm;
   s.error = request.error;
+  s.integrators = request.integrators;
   return std::unique_ptr<MeasuredText>(new MeasuredText(std::move(state)));
 }
 
 absl::StatusOr<client::Measured> MeasuredText::measure(std::uint64_t samples, std::uint64_t seed) {
   State& s = *state_;
-  const client::SamplingOptions sampling{.samples = samples, .error = s.error, .seed = seed};
+  const client::SamplingOptions sampling{
+      .samples = samples, .error = s.error, .seed = seed, .integrators = s.integrators};
   auto run = client::measure(s.plan, *s.scene, s.file, s.algorithm, sampling,
                              {[&](const client::ProbeJob& job) { return s.jobs->render(job); },
                               [&](const client::PictureJob& job) { return s.jobs->render(job); },

@@ -20,6 +20,8 @@ struct MeasureRequest {
   double error = 0;                 // as of --error
   std::uint64_t seed = 1;
   std::vector<std::pair<std::string, std::string>> files = {};  // name and bytes, in the scene's folder
+  std::vector<std::string> integrators{};  // that each meter chooses among; empty: all are by `algorithm`
+  int threads = 2;
 };
 
 absl::StatusOr<client::Measured> measure_text(const MeasureRequest& request);

@@ -16,6 +16,7 @@
 #include "render/film/pass_film.h"
 #include "render/film/scatter_tile.h"
 #include "render/kernel/kernel_module.h"
+#include "render/light/light_source.h"
 #include "render/scene/light/unseen_light.h"
 #include "render/scene/memory/heap_bytes.h"
 #include "render/scene/memory/table_members.h"
@@ -159,6 +160,19 @@ class BuiltScene final : public RenderScene {
   std::string unseen_light(const std::string& algorithm) const override {
     const auto found = unseen_light_by_algorithm_.find(algorithm);
     return found == unseen_light_by_algorithm_.end() ? "" : found->second;
+  }
+
+  std::array<double, 3> emitted_flux(std::int32_t rays) const override {
+    static_assert(kBands == 3);
+    const LightTable& table = tables_.lights;
+    std::array<double, 3> sum{};
+    for (std::size_t i = 0; i < table.lights.size(); ++i) {
+      const LightRecord& light = table.lights[i];
+      if (light.same_as >= 0 || table.sources(light.kind).traits.at_infinity) continue;
+      const auto flux = table.sources(light.kind).emitted_flux(table, static_cast<std::int32_t>(i), rays);
+      for (std::size_t band = 0; band < sum.size(); ++band) sum[band] += flux[band];
+    }
+    return sum;
   }
 
   std::vector<std::string> notes() const override {

@@ -18,20 +18,24 @@ constexpr const char* kSpot =
     "lights { name: 'lamp' spot { position { z: 1 } target { z: 3 } intensity { rgb { r: 1 g: 1 b: 1 } } "
     "cone_angle_degrees: 60 } }";
 constexpr const char* kSky = "lights { infinite { radiance { rgb { r: 1 g: 1 b: 1 } } } }";
+constexpr const char* kPicture = "camera { perspective { fov_degrees: 60 } } film { width: 8 height: 8 } ";
+constexpr const char* kMeter =
+    "camera { probes { probes { kind: PLANE point {} axis { z: 1 } } } } "
+    "film { width: 8 height: 8 filter { kind: BOX radius_x: 0.49 radius_y: 0.49 } } ";
 constexpr const char* kMirror = "conductor {}";
 constexpr const char* kClearCoat = "coated_diffuse {}";
 constexpr const char* kFrosted = "dielectric { roughness { u { constant: 0.3 } v { constant: 0.3 } } }";
 
 /// Returns the warnings of a room with a ball of the material, in which `light` shines.
 std::vector<std::string> warnings(const std::string& integrator, const std::string& light,
-                                  const std::string& ball, std::uint32_t max_depth = 5) {
+                                  const std::string& ball, std::uint32_t max_depth = 5,
+                                  const char* camera = kPicture) {
   SceneJob job;
   job.width = 8, job.height = 8;
   job.settings.set_integrator(integrator);
   job.settings.set_max_depth(max_depth);
   const auto file = load_scene_text(
-      absl::StrCat("camera { perspective { fov_degrees: 60 } } film { width: 8 height: 8 } ", light,
-                   " materials { name: 'paint' diffuse {} } materials { name: 'ball' ", ball,
+      absl::StrCat(camera, light, " materials { name: 'paint' diffuse {} } materials { name: 'ball' ", ball,
                    " } materials { name: 'unused mirror' conductor {} }"
                    " shapes { material: 'paint' sphere { radius: 5 } }"
                    " shapes { material: 'ball' sphere { radius: 1 }"
@@ -50,6 +54,21 @@ TEST(UnseenLight, OfPathsFromTheCameraIsCausticsOfLightsWithoutArea) {
         << ball;
   }
   EXPECT_THAT(warnings("guided", kSpot, kMirror), Contains(HasSubstr("'guided' never finds")));
+}
+
+TEST(UnseenLight, OfMetersIsLightThatReachesThemByMirrors) {
+  // Light that one mirror sends to the meter takes a single event.
+  for (const std::uint32_t max_depth : {1u, 5u}) {
+    EXPECT_THAT(warnings("bdpt", kSpot, kMirror, max_depth, kMeter),
+                Contains(AllOf(HasSubstr("'bdpt' never finds the light of 'lamp'"),
+                               HasSubstr("straight on a meter"))));
+    EXPECT_THAT(warnings("path", kSpot, kMirror, max_depth, kMeter),
+                Contains(HasSubstr("'path' never finds")));
+  }
+  for (const char* const integrator : {"path", "bdpt"}) {
+    EXPECT_THAT(warnings(integrator, kSpot, "diffuse {}", 5, kMeter), IsEmpty());
+    EXPECT_THAT(warnings(integrator, kSky, kMirror, 5, kMeter), IsEmpty());
+  }
 }
 
 TEST(UnseenLight, IsNoneWhereLightsHaveAreaOrSurfacesSpreadLight) {

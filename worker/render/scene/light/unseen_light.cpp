@@ -65,13 +65,16 @@ std::string unseen_light(const wire::AlgorithmTraits& algorithm, const SceneTabl
   const Blindness blindness = algorithm.blindness;
   if (blindness == Blindness::kNone) return "";
   // Scattering events of the shortest path that is not found: delta surfaces, and a surface that they light.
-  const int events = blindness == Blindness::kMirrorImages ? 1 : blindness == Blindness::kCaustics ? 2 : 3;
+  // A probe is lit itself, without an event.
+  const bool on_probes = tables.sensor.probes != nullptr;
+  const bool at_camera = blindness == Blindness::kCausticsInMirrors && !on_probes;
+  const int events = blindness == Blindness::kMirrorImages || on_probes ? 1 : at_camera ? 3 : 2;
   if (tables.max_depth < events) return "";
 
   const std::vector<MaterialRecord>& materials = tables.materials.materials;
   const std::vector<bool> used = used_materials(tables);
   std::optional<std::size_t> delta_surface;
-  bool any_receiver = !tables.media.media.empty();
+  bool any_receiver = on_probes || !tables.media.media.empty();
   for (std::size_t m = 0; m < materials.size(); ++m) {
     if (!used[m] || (materials[m].flags & kMixed)) continue;
     if (!(materials[m].flags & kAllDelta)) any_receiver = true;
@@ -100,6 +103,9 @@ std::string unseen_light(const wire::AlgorithmTraits& algorithm, const SceneTabl
                         algorithms_that_see(std::array{Blindness::kCausticsInMirrors}, media),
                         " where it is not seen in a mirror");
   }
+  if (on_probes)
+    return absl::StrCat("integrator '", algorithm.name, "' never finds ", caustics,
+                        ", where it falls straight on a meter; light finds it");
   return absl::StrCat("integrator '", algorithm.name, "' never finds ", caustics,
                       ", where it is seen in a mirror or through glass; ", all_of_it, " find it");
 }

@@ -163,6 +163,11 @@ absl::StatusOr<std::uint64_t> set_place(const v1::Probe& probe, const RenderSpac
   return fault("it has no place");
 }
 
+/// Whether all light is found by joining vertices of paths from lights to probes.
+bool joins_probes(const wire::AlgorithmTraits& algorithm) {
+  return algorithm.starts_at_lights && algorithm.blindness == wire::Blindness::kMirrorImages;
+}
+
 absl::Status set_kind(const v1::Probe& probe, const wire::AlgorithmTraits& algorithm, ProbeRecord& record) {
   record.kind = static_cast<ProbeKind>(probe.kind());
   if (!v1::Probe::Kind_IsValid(probe.kind())) return fault("its kind is unknown");
@@ -178,8 +183,7 @@ absl::Status set_kind(const v1::Probe& probe, const wire::AlgorithmTraits& algor
     return fault("what leaves a surface is read from an offset above 0");
   if (!(probe.offset() >= 0) || !std::isfinite(probe.offset())) return fault("its offset is below 0");
   record.offset = static_cast<float>(probe.offset());
-  if (algorithm.starts_at_lights && algorithm.blindness == wire::Blindness::kMirrorImages &&
-      !connects(record))
+  if (joins_probes(algorithm) && !connects(record))
     return fault(
         absl::StrCat("integrator '", algorithm.name,
                      "' joins points of the scene to probes, which cannot be done where a probe reads "
@@ -212,7 +216,7 @@ absl::Status set_pixels(const v1::Probe& probe, std::uint64_t cells, std::size_t
 absl::Status check_camera_of_probes(const v1::Camera& camera, const wire::AlgorithmTraits& algorithm) {
   if (!algorithm.reads_probes)
     return fault(absl::StrCat("camera: integrator '", algorithm.name,
-                              "' does not read probes; path, volpath, direct and light do"));
+                              "' does not read probes; path, volpath, direct, light and bdpt do"));
   if (camera.motion_size() > 0 || camera.has_world_from_camera_end() || camera.has_viewpoint() ||
       camera.has_distortion() || camera.has_focus_point() || camera.screen_window_size() > 0 ||
       camera.world_from_camera().elements_size() > 0)
@@ -247,7 +251,8 @@ absl::Status set_probes(const v1::Camera& camera, const RenderSpace& space,
   table->pixels = static_cast<std::int32_t>(table->probe_of_pixel.size());
   table->probe_of_pixel.resize(film_pixels, -1);
   table->column_of_pixel.resize(film_pixels), table->row_of_pixel.resize(film_pixels);
-  record.kind = algorithm.starts_at_lights ? SensorKind::kConnectingProbes : SensorKind::kProbes;
+  // Of two ends, joins to the probes are left out: they would be to pixels by chance, far from all others.
+  record.kind = joins_probes(algorithm) ? SensorKind::kConnectingProbes : SensorKind::kProbes;
   record.render_from_sensor = Affine{};
   record.probes = std::move(table);
   return absl::OkStatus();

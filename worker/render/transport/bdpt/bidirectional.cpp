@@ -37,8 +37,10 @@ bool Bidirectional::render(SampleSource& work, Film& film, std::stop_token stop)
     if (!trace_lights(pass, {}, film, stop)) return false;
     merging_->end();
   }
-  while (batch_.start(work, frontier_.paths, kSubpaths, shared_)) {
+  // Probes are the first vertex of their paths: light sampled there is the way of one vertex from each end.
+  while (batch_.start(work, frontier_.paths, kSubpaths, shared_, &joins_)) {
     if (stop.stop_requested()) return false;
+    if (joins_.size > 0) trace_joins(dimension::kDeepest);
     lights_.trace(batch_.keys(), batch_.size(),
                   {.keep = true, .film = merging_ ? nullptr : &film, .shared = shared_});
     frontier_.begin(batch_.size());
