@@ -24,6 +24,8 @@ constexpr int kMostRounds = 64;
 /// Rounds that go on for heavy tails alone: each doubles, and some tails never end. A warning names the
 /// figures.
 constexpr int kMostHeavyRounds = 8;
+/// Rounds that go on for figures without any light so far, which a small lamp may have yet: each quadruples.
+constexpr int kMostBlackRounds = 3;
 
 /// How many more pixels the cells of a figure need, for each that they have, `now` being its relative error.
 double more_for(double now, double error) {
@@ -87,25 +89,28 @@ double relative_error(const PlannedReading& reading, const SampledCells& sampled
 
 namespace {
 
+/// Whether no sample of a reading has seen light.
+bool is_black(const PlannedReading& reading, const SampledCells& sampled) {
+  return !reading.terms.empty() && std::ranges::all_of(reading.terms, [&](const CellTerm& term) {
+    const CellSums& cell = sampled.cells[term.cell];
+    return cell.mean(term.channel) == 0 && cell.variance(term.channel) == 0;
+  });
+}
+
 /// Says after a round which cells need more pixels.
 class Judge {
  public:
-  /// `error`: that is wanted; 0: none is. `heavy_tails_go_on`: figures that rest on one pixel are not sure
-  /// yet, however small their spread.
-  Judge(const MeasurePlan& plan, double error, bool heavy_tails_go_on, const SampledCells& sampled)
-      : plan_(plan),
-        error_(error),
-        heavy_tails_go_on_(heavy_tails_go_on),
-        sampled_(sampled),
-        wanted_(plan.cells, 0) {}
+  /// `error`: that is wanted; 0: none is. In early rounds, figures that rest on one pixel or have seen no
+  /// light are not sure yet, however small their spread.
+  Judge(const MeasurePlan& plan, double error, int round, const SampledCells& sampled)
+      : plan_(plan), error_(error), round_(round), sampled_(sampled), wanted_(plan.cells, 0) {}
 
   void judge_all() {
     for (const PlannedMeter& meter : plan_.meters) {
       if (meter.ratio) judge_ratio(meter);
       for (const PlannedReading& reading : meter.readings) {
         const double more = note(relative_error(reading, sampled_), meter);
-        const bool is_heavy = error_ > 0 && heavy_tails_go_on_ && has_heavy_tail(reading, sampled_);
-        ask(reading, more > 0 ? more : is_heavy ? 1 : 0);
+        ask(reading, more > 0 ? more : more_in_spite_of_spread(reading));
       }
     }
   }
@@ -129,6 +134,12 @@ class Judge {
     }
   }
 
+  double more_in_spite_of_spread(const PlannedReading& reading) const {
+    if (error_ == 0) return 0;
+    if (round_ < kMostBlackRounds && is_black(reading, sampled_)) return 3;
+    return round_ < kMostHeavyRounds && has_heavy_tail(reading, sampled_) ? 1 : 0;
+  }
+
   /// Takes note of a figure's error; returns how many more pixels it needs, for each that it has.
   double note(double now, const PlannedMeter& meter) {
     if (now > worst_) worst_ = now, worst_meter_ = meter.name;
@@ -148,7 +159,7 @@ class Judge {
 
   const MeasurePlan& plan_;
   const double error_;
-  const bool heavy_tails_go_on_;
+  const int round_;
   const SampledCells& sampled_;
   std::vector<std::uint64_t> wanted_;
   double worst_ = 0;
@@ -184,7 +195,7 @@ class CellSampler {
 };
 
 std::vector<std::uint64_t> CellSampler::judge(int round, bool& is_done) {
-  Judge judge(plan_, options_.error, round < kMostHeavyRounds, sampled_);
+  Judge judge(plan_, options_.error, round, sampled_);
   judge.judge_all();
   progress_.worst = judge.worst(), progress_.worst_meter = judge.worst_meter();
   if (options_.progress) options_.progress(progress_);

@@ -107,6 +107,15 @@ TEST(Sampling, DoesNotTrustASpreadThatOnePixelMakes) {
   EXPECT_NEAR(figure_of(plan.meters[0].readings[0], *sampled).value, 50.9, 2 * 0.2 * 50.9);
 }
 
+TEST(Sampling, GoesOnForAWhileWhereThereIsNoLightYet) {
+  const MeasurePlan plan = numbered(plan_of_points(2));
+  MadeUpScene scene{{[](auto&) { return 0.0; }, [](auto&) { return 5.0; }}};
+  const auto sampled = sample_cells(plan, {.error = 0.01, .seed = 11}, scene.renderer());
+  ASSERT_TRUE(sampled.ok()) << sampled.status();
+  EXPECT_EQ(scene.pixels[0], 16u * 64);
+  EXPECT_EQ(scene.pixels[1], 16u);
+}
+
 TEST(Sampling, DifferencesAreJudgedByWhatTheyAreOf) {
   // Two equal means: no number of samples makes their difference sure within a part of itself.
   MeasurePlan plan = numbered(plan_of_points(2));
