@@ -104,12 +104,6 @@ def around(camera: Any, render: Any) -> None:
     eyes.pole_merge_angle_from, eyes.pole_merge_angle_to = radians(50), radians(75)
 
 
-def around_lens(camera: Any, render: Any) -> None:
-    panorama("EQUIRECTANGULAR")(camera, render)
-    camera.dof.use_dof = True
-    camera.dof.focus_distance, camera.dof.aperture_fstop = 2.5, 0.2
-
-
 CAMERAS: dict[str, Callable[[Any, Any], None]] = {
     "equirectangular": panorama("EQUIRECTANGULAR"),
     "part": panorama(
@@ -119,7 +113,6 @@ CAMERAS: dict[str, Callable[[Any, Any], None]] = {
         latitude_min=radians(-40),
         latitude_max=radians(70),
     ),
-    "around_lens": around_lens,
     "cube_face": cube_face,
     "mirror_ball": panorama("MIRRORBALL"),
     "equidistant": panorama("FISHEYE_EQUIDISTANT", fisheye_fov=radians(210)),

@@ -94,8 +94,8 @@ class CameraExport:
         }
         if lens.panorama_type not in kinds:
             raise self._refuse(f"panoramas of kind {lens.panorama_type} are not translated")
-        if self._camera.data.dof.use_dof and lens.panorama_type != "EQUIRECTANGULAR":
-            self._warn(f"camera {self._camera.name}: depth of field of {lens.panorama_type} is left out")
+        if self._camera.data.dof.use_dof:
+            self._warn(f"camera {self._camera.name}: depth of field of a panorama is left out")
         kinds[lens.panorama_type](lens)
 
     def _equirectangular(self, lens: Any) -> None:
@@ -108,11 +108,7 @@ class CameraExport:
         if longitudes[0] >= longitudes[1] or low >= high:
             raise self._refuse("a panorama whose longitudes or latitudes descend is not translated")
         longitudes = (longitudes[0], min(longitudes[1], longitudes[0] + 360.0))
-        latitudes = max(low, -90.0), min(high, 90.0)
-        focus = self._lens(1e-3 * self._camera.data.lens)
-        if "blades" in focus:
-            self._warn(f"camera {self._camera.name}: blades are upright in all directions of a panorama")
-        self._scene.panorama_camera(self._place, longitudes, latitudes, self._clip, **focus)
+        self._scene.panorama_camera(self._place, longitudes, (max(low, -90.0), min(high, 90.0)), self._clip)
 
     def _cube_face(self, lens: Any) -> None:
         if self._width != self._height:

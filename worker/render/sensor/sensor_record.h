@@ -42,7 +42,6 @@ enum class SensorKind : std::int32_t {
   kEqualAreaCylindrical,
   kCubeMap,
   kPanorama,
-  kPanoramaLens,
   kProbes,
   kConnectingProbes,  // the same, to which points of the scene are connected
   kCount
@@ -50,7 +49,6 @@ enum class SensorKind : std::int32_t {
 
 /// The kind of sensors that are `kind` but for a lens.
 constexpr SensorKind with_lens(SensorKind kind) {
-  if (kind == SensorKind::kPanorama) return SensorKind::kPanoramaLens;
   return kind == SensorKind::kOrthographic ? SensorKind::kOrthographicLens : SensorKind::kThinLens;
 }
 
@@ -89,7 +87,6 @@ inline RasterTraits raster_of(SensorKind kind) {
     case SensorKind::kCubeMap:  // a face spans two units
       return {RasterShape::kSphere, 1, 1, RasterEdges::kMirrored};
     case SensorKind::kPanorama:
-    case SensorKind::kPanoramaLens:
     case SensorKind::kCylindrical:
     case SensorKind::kFisheyeEquidistant:
     case SensorKind::kFisheyeEquisolid:
@@ -135,11 +132,10 @@ struct SensorRecord {
 /// Tells what is seen beyond the edge of the raster.
 inline RasterEdges edges_of(const SensorRecord& sensor) {
   constexpr float kFullTurn = 6.2831f;
-  const bool is_panorama = sensor.kind == SensorKind::kPanorama || sensor.kind == SensorKind::kPanoramaLens;
-  if ((sensor.kind == SensorKind::kCylindrical || is_panorama) &&
+  if ((sensor.kind == SensorKind::kCylindrical || sensor.kind == SensorKind::kPanorama) &&
       sensor.scale_x * static_cast<float>(sensor.width) >= kFullTurn) {
-    const bool has_poles =
-        is_panorama && -2 * sensor.scale_y * static_cast<float>(sensor.height) >= kFullTurn;
+    const bool has_poles = sensor.kind == SensorKind::kPanorama &&
+                           -2 * sensor.scale_y * static_cast<float>(sensor.height) >= kFullTurn;
     return has_poles ? RasterEdges::kOverPole : RasterEdges::kRound;
   }
   return raster_of(sensor.kind).edges;

@@ -72,12 +72,6 @@ std::vector<LensFault> lens_faults_of(const v1::Camera& camera) {
       faults.add(perspective.aperture(), "barrel_length", "a lens that is tilted has no barrel");
   }
   if (camera.has_orthographic()) check_thin_lens(camera.orthographic(), true, focused, faults);
-  if (camera.has_panorama()) {
-    check_thin_lens(camera.panorama(), false, focused, faults);
-    if (camera.panorama().lens_radius() > 0 && camera.viewpoint().x() != 0)
-      faults.add(camera.panorama(), "lens_radius",
-                 "a panorama has a lens or an eye that is off the middle, not both");
-  }
   if (camera.has_lens()) {
     std::vector<optics::Fault> of_lens;
     static_cast<void>(wire::lens_system_of(camera.lens(), of_lens));

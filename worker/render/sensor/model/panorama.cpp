@@ -1,42 +1,48 @@
 // Longitude and latitude from the sensor's axis, and stereo of all directions: each eye goes around on a
 // circle and looks outwards along its tangents, so that every direction has a pair of eyes that stands square
-// to it [Peleg, Ben-Ezra & Pritch 2001, Omnistereo: Panoramic Stereo Imaging].
+// to it [Peleg, Ben-Ezra & Pritch 2001, Omnistereo: Panoramic Stereo Imaging]. A place is the longitude, to
+// the right, and the latitude, upwards, in radians.
+#include "render/core/constants.h"
 #include "render/sensor/model/about_point.h"
-#include "render/sensor/model/panorama_raster.h"
 #include "render/sensor/panorama_table.h"
 
 namespace tessera::render::TESSERA_ISA {
 
 namespace {
 
+constexpr float kHalfPi = kPi / 2;
+
 /// Distance of an eye that looks at this latitude from the middle, and the derivative by the latitude.
 struct EyeAt {
   Float radius, slope;
 };
 EyeAt eye_at(const CircleOfEyes& eyes, Float latitude) {
-  const float per_radian = kQuarterTurn / (eyes.merge_to - eyes.merge_from);
-  const Float angle = clamp((abs(latitude) - eyes.merge_from) * per_radian, 0.0f, kQuarterTurn);
-  const Mask merging = (angle > 0.0f) & (angle < kQuarterTurn);
-  return {select_or_zero(angle < kQuarterTurn, cos(angle) * eyes.radius),
+  const float per_radian = kHalfPi / (eyes.merge_to - eyes.merge_from);
+  const Float angle = clamp((abs(latitude) - eyes.merge_from) * per_radian, 0.0f, kHalfPi);
+  const Mask merging = (angle > 0.0f) & (angle < kHalfPi);
+  return {select_or_zero(angle < kHalfPi, cos(angle) * eyes.radius),
           copysign(select_or_zero(merging, sin(angle) * (eyes.radius * per_radian)), -latitude) *
               (eyes.radius < 0 ? -1.0f : 1.0f)};
 }
 
-/// In the frame of a longitude, points at `t` of its rays are (eye (1 - t inverse_convergence), t sin, t
-/// cos).
+/// Rays of one latitude are the same in the frames of their longitudes, whose x is to the right and whose z
+/// is ahead: their points at `t` are (eye (1 - t inverse_convergence), t sin, t cos).
 class PanoramaSensor final : public SensorModel {
  public:
   PanoramaSensor() : SensorModel({.has_axis = false, .may_fail = true}) {}
 
   LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2) const override {
-    const auto [longitude, latitude, valid] = panorama_place(place);
+    // Beyond a pole, the meridian is the opposite one.
+    const Mask over = abs(place.y) > kHalfPi;
+    const Float longitude = place.x + select_or_zero(over, Float(kPi)),
+                latitude = select(over, copysign(Float(kPi), place.y) - place.y, place.y);
     const CircleOfEyes& eyes = sensor.panorama->eyes;
     const Float radius = eye_at(eyes, latitude).radius;
     const Float s = sin(longitude), c = cos(longitude), across = cos(latitude);
     LocalRay ray;
     ray.origin = {radius * c, Float(0.0f), radius * s * -1.0f};
     ray.direction = fma(ray.origin, -eyes.inverse_convergence, Vec3{across * s, sin(latitude), across * c});
-    ray.valid = valid;
+    ray.valid = abs(latitude) <= kHalfPi;
     return ray;
   }
 
@@ -47,12 +53,15 @@ class PanoramaSensor final : public SensorModel {
     const float k = eyes.inverse_convergence;
     const Float beside = met.eye.radius * (1.0f - met.t * k), ahead = met.t * met.cosine;
     const Float turn = atan2(point.x, point.z) - atan2(beside, ahead);
-    const Float longitude = longitude_in_picture(sensor, turn);
-    // What a step in longitude and one in latitude span.
+    // Within half a turn of the middle of the picture.
+    const float middle = sensor.offset_x + 0.5f * sensor.scale_x * static_cast<float>(sensor.width);
+    const Float longitude = turn - 2 * kPi * floor((turn - middle) * kInv2Pi + 0.5f);
+    // Area across the ray of what a step in longitude and one in latitude span.
     const Vec3 by_longitude{ahead, Float(0.0f), -beside},
         by_latitude{met.eye.slope * (1.0f - met.t * k), ahead, met.t * met.sine * -1.0f},
         along{met.eye.radius * -k, met.sine, met.cosine};
-    const Float density = panorama_density(sensor, by_longitude, by_latitude, along);
+    const Float area = abs(dot(cross(by_longitude, by_latitude), normalize(along)));
+    const Float density = 1.0f / (max(area, 1e-30f) * pixel_area(sensor));
     const Float s = sin(longitude), c = cos(longitude);
     return {{longitude, atan2(met.sine, met.cosine)},
             {met.eye.radius * c, Float(0.0f), met.eye.radius * s * -1.0f},
