@@ -33,9 +33,9 @@ bool can_read(const std::string& integrator, const v1::Probe& probe);
 std::vector<bool> meters_to_try(const MeasurePlan& plan, double error, const SampledCells& sampled);
 
 /// The number of the trial whose integrator needs the least rays for a meter's figures to be sure: the
-/// product of variance and rays, where that of the first is more than half as large again. Trials whose
-/// figures rest on single pixels, or that find less light than another by more than their errors tell, are
-/// out.
+/// product of variance and rays, where that of the first is more than half as large again. Trials of whose
+/// figures more than a quarter rest on single pixels, or that find less light than another by more than their
+/// errors tell, are out.
 std::size_t best_trial(const PlannedMeter& meter, const std::vector<Trial>& trials);
 
 }  // namespace tessera::client

@@ -195,6 +195,7 @@ class CellSampler {
 };
 
 std::vector<std::uint64_t> CellSampler::judge(int round, bool& is_done) {
+  progress_.rounds = round + 1;
   Judge judge(plan_, options_.error, round, sampled_);
   judge.judge_all();
   progress_.worst = judge.worst(), progress_.worst_meter = judge.worst_meter();
@@ -287,7 +288,6 @@ absl::StatusOr<SampledCells> CellSampler::run() {
   std::vector<std::uint64_t> wanted(plan_.cells, chooses ? kFirstPixels : pixels);
   for (int round = 0; round < kMostRounds; ++round) {
     if (absl::Status s = run_round(wanted); !s.ok()) return s;
-    progress_.rounds = round + 1;
     bool is_done = true;
     // What was read for a choice is gone: a round follows it whatever the time.
     const bool chooses_now = round == 0 && chooses && !sampled_.stopped && !time_is_up();
