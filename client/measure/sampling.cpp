@@ -16,8 +16,9 @@ namespace tessera::client {
 namespace {
 
 constexpr std::uint32_t kMostSamplesPerPixel = 64;
-/// Pixels of cells whose integrator was chosen: so many are needed at least, for the choice paid.
-constexpr std::uint64_t kPixelsAfterChoice = 4 * kFirstPixels;
+/// Pixels that cells have first by an integrator that was chosen, as many as paid for the choice at least:
+/// where few bright paths matter, the first figures that seem sure are too dark.
+constexpr std::uint64_t kPixelsAfterChoice = kTrialsThatPay * kFirstPixels;
 /// The spread of few pixels is uncertain: a round at most multiplies by this what it is judged by.
 constexpr double kMostGrowth = 16;
 constexpr int kMostRounds = 64;
