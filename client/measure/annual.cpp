@@ -10,12 +10,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "import/geometry/transform.h"
-#include "import/input/diagnostics.h"
-#include "import/input/input_file.h"
 #include "measure/receivers.h"
+#include "measure/weather_file.h"
 #include "photometry/annual/annual_metrics.h"
 #include "photometry/annual/sky_patches.h"
-#include "photometry/weather/epw.h"
 
 namespace tessera::client {
 
@@ -64,22 +62,6 @@ v1::Light light_of_sky(double north_degrees, bool y_up) {
           row == 3 || column == 3 ? (row == column ? 1 : 0) : axes[static_cast<std::size_t>(column)][row]);
   }
   return light;
-}
-
-absl::StatusOr<photometry::Weather> read_weather(const std::string& path) {
-  const absl::StatusOr<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.status();
-  std::vector<photometry::WeatherFault> faults;
-  photometry::Weather weather = photometry::read_epw(file->bytes(), faults);
-  Diagnostics diagnostics;
-  const std::uint32_t number = diagnostics.add_file(path);
-  for (const photometry::WeatherFault& fault : faults) {
-    diagnostics.error(
-        {number, static_cast<std::uint32_t>(fault.line), static_cast<std::uint32_t>(fault.column)},
-        fault.message);
-  }
-  if (diagnostics.has_errors()) return diagnostics.status();
-  return weather;
 }
 
 /// Points and patches of one light, and the numbers of repetitions.
