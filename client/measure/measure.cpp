@@ -98,13 +98,13 @@ absl::StatusOr<std::vector<MeasuredMeter>> Measurer::measure_apart(const Planned
 }
 
 /// The figures of a plan's meter by what its cells have read.
-MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sampled) {
+MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sampled, bool is_night) {
   MeasuredMeter meter;
   meter.name = planned.name, meter.quantity = planned.quantity, meter.unit = planned.unit;
   meter.planes = planned.planes, meter.meshes = planned.meshes, meter.warnings = planned.warnings;
   for (const PlannedReading& reading : planned.readings)
     meter.readings.push_back({reading.label, reading.position, reading.normal, figure_of(reading, sampled)});
-  warn_of_black(meter);
+  if (!is_night) warn_of_black(meter);
   warn_of_heavy_tails(planned, sampled, meter);
   return meter;
 }
@@ -173,7 +173,7 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
       const bool is_year = planned.apart && file.list.meters(*planned.apart).has_annual_daylight();
       if (is_year != years || planned.ratio) continue;
       if (!planned.apart) {
-        by_planned[i] = {read_cells(planned, *sampled)};
+        by_planned[i] = {read_cells(planned, *sampled, scene.is_night)};
         continue;
       }
       auto made = measurer.measure_apart(planned);

@@ -39,7 +39,8 @@ absl::StatusOr<int> only_sky(const v1::Scene& scene) {
 absl::StatusOr<double> sun_altitude_of(const v1::SkyLight& sky) {
   if (sky.has_toward_sun()) {
     const v1::Point3& sun = sky.toward_sun();
-    return photometry::altitude_degrees(wire::horizon_of(sky).horizon_from_world({sun.x(), sun.y(), sun.z()}));
+    return photometry::altitude_degrees(
+        wire::horizon_of(sky).horizon_from_world({sun.x(), sun.y(), sun.z()}));
   }
   if (!sky.has_when()) return std::numeric_limits<double>::quiet_NaN();
   const v1::SkyLight::PlaceAndTime& when = sky.when();
@@ -58,10 +59,8 @@ absl::StatusOr<double> sun_altitude_of(const v1::SkyLight& sky) {
 absl::Status add_step(double value, std::string word, v1::SkyLight sky, SkySteps& series) {
   const auto altitude = sun_altitude_of(sky);
   if (!altitude.ok()) return altitude.status();
-  SkyStep step{.value = value,
-               .word = std::move(word),
-               .sun_altitude_degrees = *altitude,
-               .sky = std::move(sky)};
+  SkyStep step{
+      .value = value, .word = std::move(word), .sun_altitude_degrees = *altitude, .sky = std::move(sky)};
   if (*altitude <= 0) {
     step.word = kNightWord;
     step.sky.mutable_perez()->Clear();
@@ -75,7 +74,8 @@ absl::Status add_step(double value, std::string word, v1::SkyLight sky, SkySteps
 
 absl::Status add_hours(const v1::SkySeries::HoursOfDay& hours, const v1::SkyLight& sky, SkySteps& series) {
   series.name = "hour";
-  if (!sky.has_when()) return fault("the scene's sky does not say `when` it is: hours are of a place and a day");
+  if (!sky.has_when())
+    return fault("the scene's sky does not say `when` it is: hours are of a place and a day");
   const double first = hours.first(), last = hours.has_last() ? hours.last() : 23,
                step = hours.has_step() ? hours.step() : 1;
   if (!(first >= 0 && last <= 24 && first <= last))
@@ -104,7 +104,8 @@ absl::Status add_types(const v1::SkySeries::CieTypes& asked, const v1::SkyLight&
       return fault(absl::StrCat("CIE types are 1 to 16, not ", type));
     v1::SkyLight now = sky;
     now.set_cie_type(type);
-    if (absl::Status s = add_step(type, photometry::cie_sky_name(static_cast<int>(type)), std::move(now), series);
+    if (absl::Status s =
+            add_step(type, photometry::cie_sky_name(static_cast<int>(type)), std::move(now), series);
         !s.ok())
       return s;
   }
@@ -130,8 +131,8 @@ absl::StatusOr<v1::SkyLight> weather_sky(const photometry::Weather& weather,
   if (*altitude <= 0) return sky;
   const auto measured = photometry::irradiances_of(hour, *altitude);
   if (!measured)
-    return fault(absl::StrCat("hour ", hour.hour, ": the weather file has no radiation of it (line ", hour.line,
-                              ")"));
+    return fault(
+        absl::StrCat("hour ", hour.hour, ": the weather file has no radiation of it (line ", hour.line, ")"));
   perez.set_direct_normal_irradiance(measured->direct_normal);
   perez.set_diffuse_horizontal_irradiance(measured->diffuse_horizontal);
   if (hour.dew_point_celsius) perez.set_dew_point_celsius(*hour.dew_point_celsius);
@@ -144,8 +145,9 @@ absl::Status add_weather(const v1::SkySeries::WeatherHours& asked, const photome
   const std::uint32_t first = asked.has_first_hour() ? asked.first_hour() : 1,
                       last = asked.has_last_hour() ? asked.last_hour() : 24;
   if (!(first >= 1 && last <= 24 && first <= last))
-    return fault(absl::StrCat("hours of weather files go from first_hour to last_hour within 1 and 24, not from ",
-                              first, " to ", last));
+    return fault(
+        absl::StrCat("hours of weather files go from first_hour to last_hour within 1 and 24, not from ",
+                     first, " to ", last));
   const std::uint32_t month = asked.month() > 0 ? asked.month() : sky.when().month(),
                       day = asked.day() > 0 ? asked.day() : sky.when().day();
   for (const photometry::WeatherHour& hour : weather.hours) {

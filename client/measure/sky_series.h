@@ -13,8 +13,8 @@ namespace tessera::client {
 /// A sky of a series.
 struct SkyStep {
   double value = 0;  // what the series goes by: an hour, or a CIE type
-  /// "day", the name of a CIE sky, "all-weather"; "night" where the sun is below the horizon: the sky is black
-  /// then, whatever its model.
+  /// "day", the name of a CIE sky, "all-weather"; "night" where the sun is below the horizon: the sky is
+  /// black then, whatever its model.
   std::string word;
   double sun_altitude_degrees = 0;  // NaN where nobody says where the sun is
   v1::SkyLight sky;

@@ -29,10 +29,9 @@ void append_vector(const Imath::V3d& vector, bool there, std::vector<std::string
     fields.push_back(there ? shortest_text(part) : std::string());
 }
 
-const std::vector<std::string> kCsvColumns = {"meter", "quantity",       "unit",  "label",
-                                               "x",     "y",              "z",     "nx",
-                                               "ny",    "nz",             "value", "standard_error",
-                                               "low95", "high95",         "samples", "integrator"};
+const std::vector<std::string> kCsvColumns = {
+    "meter", "quantity", "unit",  "label",          "x",     "y",      "z",       "nx",
+    "ny",    "nz",       "value", "standard_error", "low95", "high95", "samples", "integrator"};
 
 /// A record for each reading, each of which begins with the same fields.
 void append_readings(const std::vector<std::string>& step, const Measured& measured, Intervals& intervals,
@@ -72,8 +71,9 @@ std::string measured_csv(const MeasuredSeries& series) {
   Intervals intervals;
   for (const MeasuredStep& step : series.steps) {
     const double altitude = step.sun_altitude_degrees;
-    append_readings({shortest_text(step.value), step.sky, std::isfinite(altitude) ? shortest_text(altitude) : ""},
-                    step.measured, intervals, csv);
+    append_readings(
+        {shortest_text(step.value), step.sky, std::isfinite(altitude) ? shortest_text(altitude) : ""},
+        step.measured, intervals, csv);
   }
   return csv;
 }

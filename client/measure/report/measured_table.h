@@ -31,8 +31,8 @@ std::string measured_csv(const MeasuredSeries& series);
 /// not finite, and places that there are not, are null.
 std::string measured_json(const Measured& measured);
 
-/// "series" with its name, and "steps", each of which has the step by that name, "sky", "sun_altitude_degrees",
-/// and all that is written of a Measured.
+/// "series" with its name, and "steps", each of which has the step by that name, "sky",
+/// "sun_altitude_degrees", and all that is written of a Measured.
 std::string measured_json(const MeasuredSeries& series);
 
 }  // namespace tessera::client

@@ -15,7 +15,17 @@ namespace tessera::client {
 namespace {
 
 enum TextColumn {
-  kStep, kMeter, kPlace, kValue, kUnit, kError, kInterval, kSamples, kIntegrator, kColumnCount };
+  kStep,
+  kMeter,
+  kPlace,
+  kValue,
+  kUnit,
+  kError,
+  kInterval,
+  kSamples,
+  kIntegrator,
+  kColumnCount
+};
 using TextRow = std::array<std::string, kColumnCount>;
 
 bool is_number(int column) { return column == kValue || column == kError || column == kSamples; }
@@ -54,8 +64,8 @@ std::string place_text(const Reading& reading) {
   return place;
 }
 
-TextRow row_of_figure(const std::string& step, const MeasuredMeter& meter, std::string place, const Figure& figure,
-                      Intervals& intervals) {
+TextRow row_of_figure(const std::string& step, const MeasuredMeter& meter, std::string place,
+                      const Figure& figure, Intervals& intervals) {
   const FigureText text = figure_text(figure.value, figure.standard_error);
   TextRow row;
   row[kStep] = step;
@@ -84,11 +94,11 @@ std::string text_of(const PlaneSummary& summary) {
   return text;
 }
 
-void append_meter(const std::string& step, const MeasuredMeter& meter, const MeasuredTextOptions& options, Intervals& intervals,
-                  std::vector<TextRow>& rows) {
+void append_meter(const std::string& step, const MeasuredMeter& meter, const MeasuredTextOptions& options,
+                  Intervals& intervals, std::vector<TextRow>& rows) {
   const auto add = [&](const std::string& cells, const PlaneSummary& summary) {
-    rows.push_back(row_of_figure(step, meter, absl::StrCat("mean of ", cells, ": ", text_of(summary)), summary.mean,
-                                 intervals));
+    rows.push_back(row_of_figure(step, meter, absl::StrCat("mean of ", cells, ": ", text_of(summary)),
+                                 summary.mean, intervals));
   };
   for (const MeasuredPlane& plane : meter.planes)
     add(absl::StrFormat("%u x %u cells", plane.columns, plane.rows), summary_of(meter, plane));
@@ -97,13 +107,14 @@ void append_meter(const std::string& step, const MeasuredMeter& meter, const Mea
         summary_of(meter, mesh));
   for (std::size_t i = 0; i < meter.readings.size(); ++i) {
     if (!options.all_cells && is_of_map(meter, i)) continue;
-    rows.push_back(row_of_figure(step, meter, place_text(meter.readings[i]), meter.readings[i].figure, intervals));
+    rows.push_back(
+        row_of_figure(step, meter, place_text(meter.readings[i]), meter.readings[i].figure, intervals));
   }
 }
 
 TextRow heading_row(const std::string& step) {
-  return {step,   "meter", "place", "value", "unit", "+- standard error", "95 % interval", "samples",
-          "integrator"};
+  return {step,      "meter",     "place", "value", "unit", "+- standard error", "95 % interval",
+          "samples", "integrator"};
 }
 
 /// Warnings, and the error that was asked for and reached; `step` before each.
@@ -116,8 +127,8 @@ void append_remarks(const std::string& step, const Measured& measured, std::stri
   }
   if (measured.worst_meter.empty()) return;
   absl::StrAppend(&text, step,
-                  absl::StrFormat("worst 95 %% interval: +- %.2g %% of meter '%s'", 100 * measured.worst_error,
-                                  base::printable(measured.worst_meter)));
+                  absl::StrFormat("worst 95 %% interval: +- %.2g %% of meter '%s'",
+                                  100 * measured.worst_error, base::printable(measured.worst_meter)));
   if (measured.wanted_error > 0)
     absl::StrAppend(&text, absl::StrFormat(", +- %.2g %% asked for", 100 * measured.wanted_error));
   text += "\n";
