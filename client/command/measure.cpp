@@ -113,10 +113,10 @@ int SceneMeter::prepare() {
     return *ball_;
   });
   if (!scene.ok()) return report(kUsage, std::string{scene.status().message()});
-  scene_ = *std::move(scene);
+  scene_.emplace(*std::move(scene));
   auto plan = plan_of(file_, *scene_);
   if (!plan.ok()) return report(kUsage, std::string{plan.status().message()});
-  plan_ = *std::move(plan);
+  plan_.emplace(*std::move(plan));
   if (!imported_.scene.has_render_origin())
     *imported_.scene.mutable_render_origin() = wire::camera_place(imported_.scene);
   ProbeJobOptions how{

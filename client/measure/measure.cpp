@@ -110,7 +110,8 @@ MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sample
 }
 
 /// The figures of a meter over those of another.
-MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const MeasuredMeter& over) {
+MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const MeasuredMeter& over,
+                     bool is_night) {
   MeasuredMeter meter;
   meter.name = planned.name, meter.quantity = planned.quantity, meter.unit = planned.unit;
   meter.planes = of.planes, meter.meshes = of.meshes;
@@ -121,7 +122,7 @@ MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const
     reading.figure = ratio_of(of.readings[i].figure, below, planned.ratio->kind);
     without += std::isnan(reading.figure.value) && !std::isnan(of.readings[i].figure.value) ? 1 : 0;
   }
-  if (without > 0) meter.warnings.push_back(absl::StrCat(without, " of its figures are over 0"));
+  if (without > 0 && !is_night) meter.warnings.push_back(absl::StrCat(without, " of its figures are over 0"));
   return meter;
 }
 
@@ -185,8 +186,8 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
   for (std::size_t i = 0; i < plan.meters.size(); ++i) {
     const PlannedMeter& planned = plan.meters[i];
     if (!planned.ratio) continue;
-    by_planned[i] = {
-        divide(planned, by_planned[planned.ratio->of].front(), by_planned[planned.ratio->over].front())};
+    by_planned[i] = {divide(planned, by_planned[planned.ratio->of].front(),
+                            by_planned[planned.ratio->over].front(), scene.is_night)};
     judge_ratio(planned, run.stopped ? 0 : options.error, by_planned[i].front(), result);
   }
   for (std::vector<MeasuredMeter>& meters : by_planned) {

@@ -1,6 +1,8 @@
 #include "measure/report/series_chart.h"
 
+#include <cmath>
 #include <functional>
+#include <limits>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -26,8 +28,11 @@ std::vector<SeriesChart> charts_of(const MeasuredSeries& series, std::size_t met
     for (const MeasuredStep& step : series.steps) {
       const Figure figure = figure_of(step.measured.meters[meter]);
       const ConfidenceInterval interval = intervals.of(figure);
+      constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+      // Glare has no end where it is dark.
+      const bool there = std::isfinite(figure.value) && std::isfinite(interval.high);
       chart.plot.points.push_back(
-          {.x = step.value, .y = figure.value, .low = interval.low, .high = interval.high});
+          {.x = step.value, .y = there ? figure.value : kNone, .low = interval.low, .high = interval.high});
     }
   };
   const MeasuredMeter& first = series.steps.front().measured.meters[meter];
