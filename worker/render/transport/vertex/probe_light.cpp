@@ -97,8 +97,8 @@ void append_probe_light(const SceneTables& scene, UInt x, UInt y, const Sampler&
     ray.key = bit_cast<std::int32_t>(key);
     ray.wavelengths = path.wavelengths;
     const Mask shines = and_not(light.shines, is_black(ray.contribution));
-    ray.layers = tells_layers(scene) ? layers_at_light(scene.layers, path.layer_state, light.light, shines)
-                                     : Int(0);
+    ray.layers =
+        tells_layers(scene) ? layers_at_light(scene.layers, path.layer_state, light.light, shines) : Int(0);
     queue.size += append(scene, ray, shines, queue, queue.size);
   });
 }
