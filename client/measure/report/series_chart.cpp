@@ -46,7 +46,8 @@ std::vector<SeriesChart> charts_of(const MeasuredSeries& series, std::size_t met
         [p](const MeasuredMeter& now) { return summary_of(now, now.meshes[p]).mean; });
   for (std::size_t r = 0; r < first.readings.size(); ++r) {
     if (!is_of_map(first, r))
-      add(first.readings[r].label, [r](const MeasuredMeter& now) { return now.readings[r].figure; });
+      add(first.readings.size() > 1 ? first.readings[r].label : "",
+          [r](const MeasuredMeter& now) { return now.readings[r].figure; });
   }
   return charts;
 }
