@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <chrono>
 #include <filesystem>
-#include <fstream>
 #include <iostream>
 #include <memory>
 #include <optional>
@@ -12,24 +11,20 @@
 #include <utility>
 #include <vector>
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "command/command.h"
 #include "command/exit_code.h"
 #include "command/interrupt.h"
 #include "command/measure/error_progress.h"
+#include "command/measure/figure_files.h"
 #include "command/measure/probe_jobs.h"
 #include "command/render_options.h"
 #include "command/server_option.h"
 #include "command/setting_options.h"
-#include "measure/lamp_file_of.h"
 #include "measure/measure.h"
-#include "measure/report/measured_html.h"
-#include "measure/report/measured_table.h"
-#include "measure/report/mesh_maps.h"
-#include "measure/report/plane_maps.h"
-#include "photometry/lamps/lamp_file.h"
+#include "measure/report/figure_text.h"
+#include "measure/sky_series.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
 #include "wire/scene_views.h"
@@ -42,8 +37,7 @@ using Clock = std::chrono::steady_clock;
 struct MeasureOptions {
   RenderOptions scene;
   std::string meters;
-  std::string output, html, lamp, maps;
-  bool all_cells = false;
+  FigureFiles files;
   SamplingOptions sampling;
   std::optional<double> seconds;
   bool on_farm = false;
@@ -99,155 +93,172 @@ std::vector<std::string> candidates_for_meters(const std::string& usual, const v
   return names;
 }
 
-absl::Status write_file(const std::string& path, const std::string& text) {
-  std::ofstream file(path, std::ios::binary);
-  file << text;
-  file.close();
-  if (file) return absl::OkStatus();
-  return absl::UnavailableError(absl::StrCat(path, " cannot be written"));
-}
+/// Measures one scene, which may have one sky after another.
+class SceneMeter {
+ public:
+  SceneMeter(const MeasureOptions& options, const MeterFile& file, ImportedScene& imported, FarmClient* farm,
+             Interrupt& interrupt)
+      : options_(options),
+        file_(file),
+        imported_(imported),
+        algorithm_(algorithm_of(options, imported.scene)),
+        farm_(farm),
+        interrupt_(interrupt) {}
 
-absl::Status check_figures_file(const std::string& path) {
-  for (const char* const extension : {".csv", ".json", ".txt"})
-    if (absl::EndsWithIgnoreCase(path, extension)) return absl::OkStatus();
-  return absl::InvalidArgumentError(absl::StrCat("'", path, "': figures are written as .csv, .json or .txt"));
-}
+  /// Measures the scene as it is, or under each sky of the file's series, and writes that.
+  int run();
 
-/// The file of an intensity meter, the first one.
-absl::Status write_lamp(const std::string& path, const v1::MeterList& list, const Measured& measured) {
-  for (int i = 0; i < list.meters_size(); ++i) {
-    if (!list.meters(i).has_intensity()) continue;
-    const auto meter = std::ranges::find(measured.meters, list.meters(i).name(), &MeasuredMeter::name);
-    if (meter == measured.meters.end()) continue;
-    const auto luminaire = luminaire_of(list.meters(i), *meter);
-    if (!luminaire.ok()) return luminaire.status();
-    const auto text = absl::EndsWithIgnoreCase(path, ".ldt") ? photometry::write_eulumdat(*luminaire)
-                                                             : photometry::write_ies(*luminaire);
-    return text.ok() ? write_file(path, *text) : text.status();
-  }
-  return absl::InvalidArgumentError("--lamp-file is of an intensity meter with a name, and there is none");
-}
+ private:
+  /// Settles what the scene is and what is sampled; kDone, or an exit code after telling why not.
+  int prepare();
+  /// Figures of the scene as it is, in the `part`-th of `parts` shares of the time.
+  absl::StatusOr<MeasureRun> measure_once(std::size_t part, std::size_t parts);
+  int run_alone();
+  int run_series();
+  int report_failure(const absl::Status& status) const;
+  int end_of(bool stopped, const Measured& measured) const;
+  void tell_warnings(const std::string& step, const Measured& measured) const;
 
-/// Maps of all planes and surfaces, as pictures and as values; surfaces as meshes, too.
-absl::Status write_maps(const std::string& folder, const Measured& measured, bool y_up) {
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  for (std::size_t m = 0; m < measured.meters.size(); ++m) {
-    const MeasuredMeter& meter = measured.meters[m];
-    for (std::size_t p = 0; p < meter.planes.size(); ++p) {
-      for (const char* const extension : {".png", ".exr"}) {
-        const std::string path =
-            (std::filesystem::path(folder) / absl::StrCat(m + 1, "-", p + 1, extension)).string();
-        if (absl::Status s = write_plane_map(measured, meter, meter.planes[p], {}, path); !s.ok()) return s;
-      }
-    }
-    for (std::size_t p = 0; p < meter.meshes.size(); ++p) {
-      for (const char* const extension : {".png", ".exr", ".ply"}) {
-        const std::string path =
-            (std::filesystem::path(folder) / absl::StrCat(m + 1, "-mesh-", p + 1, extension)).string();
-        if (absl::Status s = write_mesh_map(meter, meter.meshes[p], {.maps = {}, .y_up = y_up}, path);
-            !s.ok())
-          return s;
-      }
-    }
-  }
-  return absl::OkStatus();
-}
+  const MeasureOptions& options_;
+  const MeterFile& file_;
+  ImportedScene& imported_;
+  const std::string algorithm_;
+  FarmClient* const farm_;
+  Interrupt& interrupt_;
+  std::optional<absl::StatusOr<Ball>> ball_;
+  std::optional<MeasuredScene> scene_;
+  std::optional<MeasurePlan> plan_;
+  std::unique_ptr<ProbeJobs> jobs_;
+  const Clock::time_point start_ = Clock::now();
+};
 
-int write_figures(const MeasureOptions& options, const v1::MeterList& list, const Measured& measured) {
-  const bool y_up = list.up() == v1::MeterList::Y;
-  const std::string text = measured_text(measured, {.all_cells = options.all_cells});
-  if (options.output.empty()) std::cout << text;
-  absl::Status written;
-  if (absl::EndsWithIgnoreCase(options.output, ".csv"))
-    written = write_file(options.output, measured_csv(measured));
-  if (absl::EndsWithIgnoreCase(options.output, ".json"))
-    written = write_file(options.output, measured_json(measured));
-  if (absl::EndsWithIgnoreCase(options.output, ".txt")) written = write_file(options.output, text);
-  if (!options.html.empty()) {
-    MeasuredReportOptions how;
-    how.y_up = y_up;
-    written.Update(write_file(options.html, measured_html(measured, how)));
-  }
-  if (!options.lamp.empty()) written.Update(write_lamp(options.lamp, list, measured));
-  if (!options.maps.empty()) written.Update(write_maps(options.maps, measured, y_up));
-  return written.ok() ? kDone : report(kIncomplete, std::string{written.message()});
-}
-
-int run_jobs(const MeasureOptions& options, const MeterFile& file, ImportedScene& imported, FarmClient* farm,
-             Interrupt& interrupt) {
-  const std::string algorithm = algorithm_of(options, imported.scene);
-  if (absl::Status s = check_algorithm(algorithm); !s.ok()) return report(kUsage, std::string{s.message()});
-  std::optional<absl::StatusOr<Ball>> ball;
-  v1::RenderSettings asked = imported.scene.settings();
-  asked.MergeFrom(options.scene.job.settings);
+int SceneMeter::prepare() {
+  if (absl::Status s = check_algorithm(algorithm_); !s.ok()) return report(kUsage, std::string{s.message()});
+  v1::RenderSettings asked = imported_.scene.settings();
+  asked.MergeFrom(options_.scene.job.settings);
   const bool is_spectral = asked.color() == v1::COLOR_SPECTRAL;
-  auto scene = measured_scene(imported, file, is_spectral, [&]() -> absl::StatusOr<Ball> {
-    if (!ball) ball = ball_around(imported, options.scene.threads);
-    return *ball;
+  auto scene = measured_scene(imported_, file_, is_spectral, [this]() -> absl::StatusOr<Ball> {
+    if (!ball_) ball_ = ball_around(imported_, options_.scene.threads);
+    return *ball_;
   });
   if (!scene.ok()) return report(kUsage, std::string{scene.status().message()});
-  scene->emitted_flux = [&](const v1::Scene& lights) {
-    return emitted_flux(imported, lights, options.scene.threads);
+  scene_.emplace(*std::move(scene));
+  scene_->emitted_flux = [this](const v1::Scene& lights) {
+    return emitted_flux(imported_, lights, options_.scene.threads);
   };
-  const auto plan = plan_of(file, *scene);
+  auto plan = plan_of(file_, *scene_);
   if (!plan.ok()) return report(kUsage, std::string{plan.status().message()});
-  if (!imported.scene.has_render_origin())
-    *imported.scene.mutable_render_origin() = wire::camera_place(imported.scene);
+  plan_.emplace(*std::move(plan));
+  if (!imported_.scene.has_render_origin())
+    *imported_.scene.mutable_render_origin() = wire::camera_place(imported_.scene);
   ProbeJobOptions how{
-      .job = options.scene.job,
-      .name = absl::StrCat("measure ", std::filesystem::path(options.scene.scene).stem().string()),
-      .threads = options.scene.threads,
-      .farm = farm,
-      .stop = interrupt.token()};
-  how.job.settings.set_integrator(algorithm);
+      .job = options_.scene.job,
+      .name = absl::StrCat("measure ", std::filesystem::path(options_.scene.scene).stem().string()),
+      .threads = options_.scene.threads,
+      .farm = farm_,
+      .stop = interrupt_.token()};
+  how.job.settings.set_integrator(algorithm_);
   if (is_spectral) how.job.settings.set_color(v1::COLOR_SPECTRAL);
-  ProbeJobs jobs(imported, std::move(how));
-  SamplingOptions sampling = options.sampling;
-  sampling.seed = options.scene.job.settings.seed();
-  if (is_chosen(options)) sampling.integrators = candidates_for_meters(algorithm, imported.scene);
-  const Clock::time_point start = Clock::now();
-  if (options.seconds)
+  jobs_ = std::make_unique<ProbeJobs>(imported_, std::move(how));
+  return kDone;
+}
+
+absl::StatusOr<MeasureRun> SceneMeter::measure_once(std::size_t part, std::size_t parts) {
+  SamplingOptions sampling = options_.sampling;
+  sampling.seed = options_.scene.job.settings.seed();
+  if (is_chosen(options_)) sampling.integrators = candidates_for_meters(algorithm_, imported_.scene);
+  if (options_.seconds)
     sampling.time_is_up = [&] {
-      return std::chrono::duration<double>(Clock::now() - start).count() >= *options.seconds;
+      const double share = static_cast<double>(part + 1) / static_cast<double>(parts);
+      return std::chrono::duration<double>(Clock::now() - start_).count() >= share * *options_.seconds;
     };
-  ErrorProgress error_progress(progress_mode(STDERR_FILENO, options.scene.quiet), std::cerr, sampling.error,
+  ErrorProgress error_progress(progress_mode(STDERR_FILENO, options_.scene.quiet), std::cerr, sampling.error,
                                terminal_columns(STDERR_FILENO));
   sampling.progress = [&](const SamplingProgress& progress) { error_progress.show(progress); };
-  const MeasureRenderers renderers{[&](const ProbeJob& job) { return jobs.render(job); },
-                                   [&](const PictureJob& job) { return jobs.render(job); },
+  const MeasureRenderers renderers{[&](const ProbeJob& job) { return jobs_->render(job); },
+                                   [&](const PictureJob& job) { return jobs_->render(job); },
                                    [&](const ProbeJob& job, const v1::Light& light, std::string sky) {
-                                     return jobs.render(job, light, std::move(sky));
+                                     return jobs_->render(job, light, std::move(sky));
                                    }};
-  const auto run = measure(*plan, *scene, file, algorithm, sampling, renderers);
+  auto run = measure(*plan_, *scene_, file_, algorithm_, sampling, renderers);
   error_progress.finish();
-  if (!options.scene.quiet) {
-    for (const std::string& warning : jobs.warnings()) std::cerr << "warning: " << warning << '\n';
+  return run;
+}
+
+int SceneMeter::report_failure(const absl::Status& status) const {
+  if (absl::IsInvalidArgument(status)) return report(kBadScene, std::string{status.message()});
+  return farm_ != nullptr ? report_farm_error(status, options_.server) : report_farm_error(status);
+}
+
+/// Tables have them, too.
+void SceneMeter::tell_warnings(const std::string& step, const Measured& measured) const {
+  if (options_.scene.quiet || options_.files.figures.empty()) return;
+  for (const MeasuredMeter& meter : measured.meters) {
+    for (const std::string& warning : meter.warnings)
+      std::cerr << "warning: " << step << meter.name << ": " << warning << '\n';
   }
-  if (!run.ok()) {
-    if (absl::IsInvalidArgument(run.status())) return report(kBadScene, std::string{run.status().message()});
-    return farm != nullptr ? report_farm_error(run.status(), options.server)
-                           : report_farm_error(run.status());
-  }
-  // Tables have them, too.
-  if (!options.scene.quiet && !options.output.empty()) {
-    for (const MeasuredMeter& meter : run->measured.meters) {
-      for (const std::string& warning : meter.warnings)
-        std::cerr << "warning: " << meter.name << ": " << warning << '\n';
-    }
-  }
-  const int written = write_figures(options, file.list, run->measured);
-  if (written != kDone || !run->stopped) return written;
-  if (run->measured.worst_meter.empty() || run->measured.wanted_error == 0)
+}
+
+int SceneMeter::end_of(bool stopped, const Measured& measured) const {
+  if (!stopped) return kDone;
+  if (measured.worst_meter.empty() || measured.wanted_error == 0)
     return report(kIncomplete, "the time is up before all figures have their samples");
-  return report(kIncomplete, absl::StrFormat("the time is up: %s is within %.3g %%, not %.3g %%",
-                                             run->measured.worst_meter, 100 * run->measured.worst_error,
-                                             100 * run->measured.wanted_error));
+  return report(kIncomplete,
+                absl::StrFormat("the time is up: %s is within %.3g %%, not %.3g %%", measured.worst_meter,
+                                100 * measured.worst_error, 100 * measured.wanted_error));
+}
+
+int SceneMeter::run_alone() {
+  const auto run = measure_once(0, 1);
+  if (!options_.scene.quiet) {
+    for (const std::string& warning : jobs_->warnings()) std::cerr << "warning: " << warning << '\n';
+  }
+  if (!run.ok()) return report_failure(run.status());
+  tell_warnings("", run->measured);
+  if (const absl::Status s = write_figures(options_.files, file_.list, run->measured); !s.ok())
+    return report(kIncomplete, std::string{s.message()});
+  return end_of(run->stopped, run->measured);
+}
+
+int SceneMeter::run_series() {
+  const auto skies = sky_steps(file_, imported_);
+  if (!skies.ok()) return report(kUsage, std::string{skies.status().message()});
+  if (const int prepared = prepare(); prepared != kDone) return prepared;
+  MeasuredSeries series{.name = skies->name};
+  MeasureRun worst;
+  for (std::size_t i = 0; i < skies->steps.size(); ++i) {
+    const SkyStep& step = skies->steps[i];
+    if (!options_.scene.quiet)
+      std::cerr << series.name << ' ' << step.value << ": " << step.word << " (" << i + 1 << " of "
+                << skies->steps.size() << ")\n";
+    *imported_.scene.mutable_lights(skies->light)->mutable_sky() = step.sky;
+    jobs_->forget_scene();
+    scene_->is_night = step.word == kNightWord;
+    auto run = measure_once(i, skies->steps.size());
+    if (!run.ok()) return report_failure(run.status());
+    MeasuredStep& made = series.steps.emplace_back();
+    made = {step.value, step.word, step.sun_altitude_degrees, std::move(run->measured)};
+    tell_warnings(absl::StrCat(series.name, " ", step_text(made), ": "), made.measured);
+    if (i == 0 || made.measured.worst_error > worst.measured.worst_error) worst.measured = made.measured;
+    worst.stopped = worst.stopped || run->stopped;
+  }
+  if (!options_.scene.quiet) {
+    for (const std::string& warning : jobs_->warnings()) std::cerr << "warning: " << warning << '\n';
+  }
+  if (const absl::Status s = write_figures(options_.files, file_.list, series); !s.ok())
+    return report(kIncomplete, std::string{s.message()});
+  return end_of(worst.stopped, worst.measured);
+}
+
+int SceneMeter::run() {
+  if (file_.list.has_series()) return run_series();
+  const int prepared = prepare();
+  return prepared != kDone ? prepared : run_alone();
 }
 
 int run(const MeasureOptions& options, Interrupt& interrupt) {
-  if (!options.output.empty()) {
-    if (absl::Status s = check_figures_file(options.output); !s.ok())
+  if (!options.files.figures.empty()) {
+    if (absl::Status s = check_figures_file(options.files.figures); !s.ok())
       return report(kUsage, std::string{s.message()});
   }
   const auto file = read_meter_file(options.meters);
@@ -264,7 +275,7 @@ int run(const MeasureOptions& options, Interrupt& interrupt) {
   int exit_code = kDone;
   const std::unique_ptr<LoadedJob> loaded = load_job(scene, exit_code);
   if (loaded == nullptr) return exit_code;
-  return run_jobs(options, *file, loaded->imported, farm.get(), interrupt);
+  return SceneMeter(options, *file, loaded->imported, farm.get(), interrupt).run();
 }
 
 }  // namespace
@@ -277,14 +288,17 @@ void add_measure_command(CommandLine& line) {
   command.add("SCENE", options->scene.scene, absl::StrCat("the scene: ", kSceneFiles).c_str()).required();
   command.add("METERS", options->meters, "what is measured (.textproto, docs/measuring.md)").required();
   command.group("Figures");
-  command.add("-o,--output", options->output, "the figures: .csv, .json or .txt; else they are printed")
+  command
+      .add("-o,--output", options->files.figures, "the figures: .csv, .json or .txt; else they are printed")
       .type_name("FILE");
-  command.add("--html", options->html, "a page with maps, tables and how it was measured").type_name("FILE");
-  command.add("--maps", options->maps, "maps in false colours (.png) and as values (.exr, meshes .ply)")
+  command.add("--html", options->files.html, "a page with maps, tables and how it was measured")
+      .type_name("FILE");
+  command.add("--maps", options->files.maps, "maps in false colours (.png) and as values (.exr, meshes .ply)")
       .type_name("FOLDER");
-  command.add("--lamp-file", options->lamp, "the intensity meter as IES LM-63 (.ies) or EULUMDAT (.ldt)")
+  command
+      .add("--lamp-file", options->files.lamp, "the intensity meter as IES LM-63 (.ies) or EULUMDAT (.ldt)")
       .type_name("FILE");
-  command.add_flag("--all-cells", options->all_cells,
+  command.add_flag("--all-cells", options->files.all_cells,
                    "every cell and triangle in tables, not their means alone");
   command
       .add("--error", options->sampling.error,

@@ -1,5 +1,6 @@
 #include "measure/annual.h"
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cmath>
@@ -10,19 +11,16 @@
 
 #include "absl/strings/str_cat.h"
 #include "import/geometry/transform.h"
-#include "import/input/diagnostics.h"
-#include "import/input/input_file.h"
 #include "measure/receivers.h"
+#include "measure/weather_file.h"
 #include "photometry/annual/annual_metrics.h"
 #include "photometry/annual/sky_patches.h"
-#include "photometry/weather/epw.h"
 
 namespace tessera::client {
 
 namespace {
 
 using Imath::V3d;
-using photometry::HorizonDirection;
 using photometry::SkyPatches;
 
 /// Coefficients are sampled so often: their spread tells the error of metrics.
@@ -30,21 +28,28 @@ constexpr std::size_t kYears = 4;
 /// Degrees between the rows and columns of a patch's map. All borders of patches lie between two of them.
 constexpr int kMapColumns = 720, kMapRows = 180;
 
-/// A map of all directions, 1 in the patch; rows from the zenith, columns as of LATITUDE_LONGITUDE.
-std::string map_of_patch(const SkyPatches& patches, std::size_t number) {
-  std::string pfm = absl::StrCat("Pf\n", kMapColumns, " ", kMapRows, "\n-1.0\n");
-  std::vector<float> texels;
-  // Rows of a PFM are from the bottom.
+/// Numbers of the patches at the texels of a map of all directions; rows from the bottom, as a PFM has them,
+/// columns as of LATITUDE_LONGITUDE.
+std::vector<std::size_t> patches_of_map(const SkyPatches& patches) {
+  std::vector<std::size_t> numbers;
   for (int row = kMapRows - 1; row >= 0; --row) {
     const double polar = (row + 0.5) / kMapRows * std::numbers::pi;
     for (int column = 0; column < kMapColumns; ++column) {
       // In light space y is up, z is north and x is west, which u = 0.25 is.
       const double turn = ((column + 0.5) / kMapColumns - 0.5) * 2 * std::numbers::pi;
       const double west = -std::sin(polar) * std::sin(turn), north = std::sin(polar) * std::cos(turn);
-      const HorizonDirection w{-west, north, std::cos(polar)};
-      texels.push_back(patches.number_of(w) == number ? 1.0f : 0.0f);
+      numbers.push_back(patches.number_of({-west, north, std::cos(polar)}));
     }
   }
+  return numbers;
+}
+
+/// The map that is 1 in a patch.
+std::string map_of_patch(const std::vector<std::size_t>& numbers, std::size_t patch) {
+  std::string pfm = absl::StrCat("Pf\n", kMapColumns, " ", kMapRows, "\n-1.0\n");
+  std::vector<float> texels(numbers.size());
+  std::ranges::transform(numbers, texels.begin(),
+                         [&](std::size_t number) { return number == patch ? 1.0f : 0.0f; });
   pfm.append(reinterpret_cast<const char*>(texels.data()), texels.size() * sizeof(float));
   return pfm;
 }
@@ -64,22 +69,6 @@ v1::Light light_of_sky(double north_degrees, bool y_up) {
           row == 3 || column == 3 ? (row == column ? 1 : 0) : axes[static_cast<std::size_t>(column)][row]);
   }
   return light;
-}
-
-absl::StatusOr<photometry::Weather> read_weather(const std::string& path) {
-  const absl::StatusOr<InputFile> file = InputFile::open(path);
-  if (!file.ok()) return file.status();
-  std::vector<photometry::WeatherFault> faults;
-  photometry::Weather weather = photometry::read_epw(file->bytes(), faults);
-  Diagnostics diagnostics;
-  const std::uint32_t number = diagnostics.add_file(path);
-  for (const photometry::WeatherFault& fault : faults) {
-    diagnostics.error(
-        {number, static_cast<std::uint32_t>(fault.line), static_cast<std::uint32_t>(fault.column)},
-        fault.message);
-  }
-  if (diagnostics.has_errors()) return diagnostics.status();
-  return weather;
 }
 
 /// Points and patches of one light, and the numbers of repetitions.
@@ -122,9 +111,9 @@ absl::StatusOr<YearPlan> plan_of_year(const v1::AnnualDaylightMeter& meter, cons
   return plan;
 }
 
-absl::Status fill(const YearPlan& plan, const SkyPatches& patches, std::size_t patch, ReadLight light,
-                  const AnnualSampling& sampling, const v1::Light& sky, const RenderUnderPatch& render,
-                  Coefficients& coefficients) {
+absl::Status fill(const YearPlan& plan, std::size_t patches, std::size_t patch, const std::string& map,
+                  ReadLight light, const AnnualSampling& sampling, const v1::Light& sky,
+                  const RenderUnderPatch& render, Coefficients& coefficients) {
   ProbeJob job;
   job.camera = plan.camera;
   job.blobs = plan.blobs;
@@ -134,12 +123,12 @@ absl::Status fill(const YearPlan& plan, const SkyPatches& patches, std::size_t p
   job.height = static_cast<std::uint32_t>((pixels + job.width - 1) / job.width);
   job.spp = static_cast<std::uint32_t>(std::bit_floor(std::max<std::uint64_t>(1, sampling.samples / kYears)));
   job.seed = sampling.seed + patch;
-  const auto picture = render(job, sky, map_of_patch(patches, patch));
+  const auto picture = render(job, sky, map);
   if (!picture.ok()) return picture.status();
   std::size_t pixel = 0;
   for (std::size_t point = 0; point < plan.points.size(); ++point) {
     for (std::vector<double>& all : coefficients.by_repetition)
-      all[point * patches.size() + patch] = picture->pixels[pixel++][0];
+      all[point * patches + patch] = picture->pixels[pixel++][0];
   }
   return absl::OkStatus();
 }
@@ -193,10 +182,14 @@ absl::StatusOr<std::vector<MeasuredMeter>> measure_year(const v1::AnnualDaylight
   Coefficients all, direct;
   for (Coefficients* c : {&all, &direct})
     for (std::vector<double>& values : c->by_repetition) values.resize(plan->points.size() * patches.size());
+  const std::vector<std::size_t> numbers = patches_of_map(patches);
   for (std::size_t patch = 0; patch < patches.size(); ++patch) {
-    if (auto s = fill(*plan, patches, patch, ReadLight::kAll, sampling, sky, render, all); !s.ok()) return s;
-    if (auto s = fill(*plan, patches, patch, ReadLight::kStraight, sampling, sky, render, direct); !s.ok())
-      return s;
+    const std::string map = map_of_patch(numbers, patch);
+    for (const ReadLight light : {ReadLight::kAll, ReadLight::kStraight}) {
+      Coefficients& found = light == ReadLight::kAll ? all : direct;
+      if (auto s = fill(*plan, patches.size(), patch, map, light, sampling, sky, render, found); !s.ok())
+        return s;
+    }
     if (sampling.progress) sampling.progress(patch + 1, patches.size());
   }
 

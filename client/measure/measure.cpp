@@ -98,19 +98,20 @@ absl::StatusOr<std::vector<MeasuredMeter>> Measurer::measure_apart(const Planned
 }
 
 /// The figures of a plan's meter by what its cells have read.
-MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sampled) {
+MeasuredMeter read_cells(const PlannedMeter& planned, const SampledCells& sampled, bool is_night) {
   MeasuredMeter meter;
   meter.name = planned.name, meter.quantity = planned.quantity, meter.unit = planned.unit;
   meter.planes = planned.planes, meter.meshes = planned.meshes, meter.warnings = planned.warnings;
   for (const PlannedReading& reading : planned.readings)
     meter.readings.push_back({reading.label, reading.position, reading.normal, figure_of(reading, sampled)});
-  warn_of_black(meter);
+  if (!is_night) warn_of_black(meter);
   warn_of_heavy_tails(planned, sampled, meter);
   return meter;
 }
 
 /// The figures of a meter over those of another.
-MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const MeasuredMeter& over) {
+MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const MeasuredMeter& over,
+                     bool is_night) {
   MeasuredMeter meter;
   meter.name = planned.name, meter.quantity = planned.quantity, meter.unit = planned.unit;
   meter.planes = of.planes, meter.meshes = of.meshes;
@@ -121,7 +122,7 @@ MeasuredMeter divide(const PlannedMeter& planned, const MeasuredMeter& of, const
     reading.figure = ratio_of(of.readings[i].figure, below, planned.ratio->kind);
     without += std::isnan(reading.figure.value) && !std::isnan(of.readings[i].figure.value) ? 1 : 0;
   }
-  if (without > 0) meter.warnings.push_back(absl::StrCat(without, " of its figures are over 0"));
+  if (without > 0 && !is_night) meter.warnings.push_back(absl::StrCat(without, " of its figures are over 0"));
   return meter;
 }
 
@@ -187,7 +188,7 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
       const bool is_year = planned.apart && file.list.meters(*planned.apart).has_annual_daylight();
       if (is_year != years || planned.ratio) continue;
       if (!planned.apart) {
-        by_planned[i] = {read_cells(planned, *sampled)};
+        by_planned[i] = {read_cells(planned, *sampled, scene.is_night)};
         continue;
       }
       auto made = measurer.measure_apart(planned);
@@ -199,8 +200,8 @@ absl::StatusOr<MeasureRun> measure(const MeasurePlan& plan, const MeasuredScene&
   for (std::size_t i = 0; i < plan.meters.size(); ++i) {
     const PlannedMeter& planned = plan.meters[i];
     if (!planned.ratio) continue;
-    by_planned[i] = {
-        divide(planned, by_planned[planned.ratio->of].front(), by_planned[planned.ratio->over].front())};
+    by_planned[i] = {divide(planned, by_planned[planned.ratio->of].front(),
+                            by_planned[planned.ratio->over].front(), scene.is_night)};
     judge_ratio(planned, run.stopped ? 0 : options.error, by_planned[i].front(), result);
   }
   for (std::size_t i = 0; i < plan.meters.size(); ++i) {

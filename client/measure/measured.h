@@ -66,4 +66,20 @@ struct Measured {
   std::vector<MeasuredMeter> meters;
 };
 
+/// The word of steps whose sun is below the horizon: their sky is black.
+inline constexpr const char kNightWord[] = "night";
+
+/// All figures under one of the skies of a series.
+struct MeasuredStep {
+  double value = 0;                 // an hour, or a CIE type
+  std::string sky;                  // a word: "day", "night", the name of a CIE sky
+  double sun_altitude_degrees = 0;  // NaN where nobody says where the sun is
+  Measured measured;                // of all steps the same meters and readings
+};
+
+struct MeasuredSeries {
+  std::string name;  // what the steps are told apart by: "hour" or "cie_type"
+  std::vector<MeasuredStep> steps;
+};
+
 }  // namespace tessera::client

@@ -42,6 +42,12 @@ absl::Status MeterFile::status_of(const std::vector<std::pair<std::size_t, std::
   return diagnostics.status();
 }
 
+absl::Status MeterFile::fault_of_series(const std::string& message) const {
+  Diagnostics diagnostics;
+  diagnostics.error({diagnostics.add_file(path), line_of_series}, absl::StrCat("series: ", message));
+  return diagnostics.status();
+}
+
 absl::StatusOr<MeterFile> read_meter_file(const std::string& path) {
   const absl::StatusOr<InputFile> input = InputFile::open(path);
   if (!input.ok()) return input.status();
@@ -57,6 +63,10 @@ absl::StatusOr<MeterFile> read_meter_file(const std::string& path) {
   const auto* const meters = v1::MeterList::descriptor()->FindFieldByName("meters");
   for (int i = 0; i < file.list.meters_size(); ++i)
     file.line_of_meter.push_back(static_cast<std::uint32_t>(places.GetLocation(meters, i).line + 1));
+  if (file.list.has_series()) {
+    const auto* const series = v1::MeterList::descriptor()->FindFieldByName("series");
+    file.line_of_series = static_cast<std::uint32_t>(places.GetLocation(series, -1).line + 1);
+  }
   if (file.list.meters_size() == 0)
     return absl::InvalidArgumentError(absl::StrCat(path, ": it has no meters"));
   return file;

@@ -84,6 +84,7 @@ struct MeasuredScene {
   double cd_per_m2 = 683;                           // luminance of a radiance of 1
   bool is_spectral = false;                         // light is of wavelengths: there are all channels
   v1::Scene picture;                                // the scene's own camera and film
+  bool is_night = false;                            // nobody wonders where there is no light
   std::function<absl::StatusOr<Ball>()> ball = {};  // around all that the scene holds
   // The luminance flux of the lights of a part of the scene, in its radiance and unit of length squared.
   std::function<absl::StatusOr<double>(const v1::Scene& lights)> emitted_flux = {};

@@ -168,12 +168,16 @@ def measure(
     with tempfile.TemporaryDirectory(prefix="tessera-") as name:
         folder = Path(name)
         output = folder / "figures.json"
+        if isinstance(meters, meter_pb2.MeterList) and meters.HasField("series"):
+            raise TesseraError("a series is measured by the command line; here, measure a scene for each sky")
         files = [_scene_file(scene, folder), _meter_file(meters, folder)]
         command = ["measure", *map(str, files), "-o", str(output), *words, *options]
         ran = run_program(str(program) if program else None, command)
         if ran.returncode not in (_DONE, _INCOMPLETE) or not output.exists():
             raise TesseraError(_error_of(ran.stderr) or f"tessera measure ended with {ran.returncode}")
         read = json.loads(output.read_text(encoding="utf-8"))
+    if "steps" in read:
+        raise TesseraError("a series is measured by the command line; here, measure a scene for each sky")
     repeat_warnings(ran.stderr, stacklevel=3)
     return _measured_of(read, ran.returncode == _DONE)
 

@@ -2,8 +2,6 @@
 """The hall of scene.textproto by daylight: its skylight open, under a sky of a place and a time.
 
     scenes/museum-hall/make_daylight.py                       writes daylight.textproto beside it
-    scenes/museum-hall/make_daylight.py --day hours           hours/hall.0005.textproto ... by the hours of a day
-    scenes/museum-hall/make_daylight.py --types skies         skies/hall.0001.textproto ... by the CIE's types of skies
     scenes/museum-hall/make_daylight.py --weather year.epw    a weather file of a year without a cloud
 
 The weather file is synthetic: no station has measured it. Direct light is that of a clear atmosphere [Meinel 1976],
@@ -13,7 +11,6 @@ from __future__ import annotations
 
 import argparse
 import math
-import os
 import pathlib
 
 HERE = pathlib.Path(__file__).resolve().parent
@@ -74,8 +71,7 @@ def sky(cie_type: int, month: int, day: int, hour: float) -> str:
 """
 
 
-def hall(light: str, folder: pathlib.Path) -> str:
-    """The scene, with paths as seen from `folder`."""
+def hall(light: str) -> str:
     lines = (HERE / "scene.textproto").read_text().splitlines(keepends=True)
     first = next(i for i, line in enumerate(lines) if line.startswith("materials"))
     last = next(i for i, line in enumerate(lines) if line.startswith("camera"))
@@ -88,19 +84,7 @@ def hall(light: str, folder: pathlib.Path) -> str:
             kept.append(line)
         if "world_from_object" in line:
             inside = False
-    shapes = os.path.relpath(HERE.parent / "shapes", folder).replace(os.sep, "/")
-    return HEAD + light + "\n" + "".join(kept).replace("../shapes", shapes) + CAMERA
-
-
-def write_day(folder: pathlib.Path, cie_type: int, month: int, day: int) -> None:
-    for hour in range(1, 25):
-        if sun_altitude(day_of_year(month, day), hour) > 2:
-            write(folder / f"hall.{hour:04}.textproto", hall(sky(cie_type, month, day, hour), folder))
-
-
-def write_types(folder: pathlib.Path, month: int, day: int, hour: float) -> None:
-    for cie_type in range(1, 17):
-        write(folder / f"hall.{cie_type:04}.textproto", hall(sky(cie_type, month, day, hour), folder))
+    return HEAD + light + "\n" + "".join(kept) + CAMERA
 
 
 def clear_sky(altitude: float) -> tuple[float, float]:
@@ -148,19 +132,13 @@ def main() -> None:
     parser.add_argument("--type", type=int, default=12, help="the CIE's type of the sky, 1 to 16")
     parser.add_argument("--date", default="6-21", help="month and day")
     parser.add_argument("--hour", type=float, default=11, help="by the clock, winter time")
-    parser.add_argument("--day", type=pathlib.Path, metavar="FOLDER")
-    parser.add_argument("--types", type=pathlib.Path, metavar="FOLDER")
     parser.add_argument("--weather", type=pathlib.Path, metavar="FILE")
     asked = parser.parse_args()
     month, day = (int(number) for number in asked.date.split("-"))
-    if asked.day:
-        write_day(asked.day, asked.type, month, day)
-    if asked.types:
-        write_types(asked.types, month, day, asked.hour)
     if asked.weather:
         write_weather(asked.weather)
-    if not (asked.day or asked.types or asked.weather):
-        write(HERE / "daylight.textproto", hall(sky(asked.type, month, day, asked.hour), HERE))
+    else:
+        write(HERE / "daylight.textproto", hall(sky(asked.type, month, day, asked.hour)))
 
 
 if __name__ == "__main__":

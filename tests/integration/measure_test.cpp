@@ -126,5 +126,45 @@ TEST_F(Measure, WritesPagesMapsAndTables) {
   EXPECT_TRUE(fs::exists(path("maps/1-1.exr")));
 }
 
+TEST_F(Measure, GoesThroughTheSkiesOfADay) {
+  const auto scene_at = [&](const char* name, const std::string& hour) {
+    return write(name, R"(
+      camera { perspective { fov_degrees: 40 } } film { width: 4 height: 4 }
+      materials { name: "white" diffuse { reflectance { constant { constant: 0.5 } } } }
+      shapes { material: "white" box { low: [-1, -1, -1] high: [1, 1, 1] } }
+      lights { sky { cie_type: 12 when { latitude_degrees: 48 longitude_degrees: 11 utc_offset_hours: 1
+        year: 2024 month: 6 day: 21 hour: )" +
+                           hour + " } } }");
+  };
+  constexpr const char* kTop = R"(
+      meters { name: "top" irradiance { receivers { point { position { z: 1.5 } } } } }
+      meters { name: "eye" glare { eye { y: -4 } toward {} resolution: 16 } }
+      meters { name: "half" daylight_factor { receivers { point { position { z: 1.5 } } } } })";
+  const std::string meters = write("top.textproto", kTop);
+  const std::string series =
+      write("day.textproto", std::string(kTop) + "\nseries { hours { first: 2 last: 12 step: 5 } }");
+  const Arguments how{"--samples", "64", "--quiet", "--seed", "5"};
+  const support::Finished day =
+      tessera(Arguments{"measure", scene_at("scene.textproto", "9"), series, "-o", path("day.csv"), "--html",
+                        path("day.html"), "--maps", path("maps")} +
+              how);
+  ASSERT_EQ(day.status.code, 0) << day.err;
+  EXPECT_THAT(read("day.csv"), HasSubstr("\n2,night,-"));
+  EXPECT_THAT(read("day.csv"), HasSubstr(",top,illuminance,lx,1,0,0,1.5,0,0,1,0,0,0,0,64,path"));
+  EXPECT_THAT(read("day.html"), HasSubstr("top over the series"));
+  // A step has the figures of its scene alone.
+  const support::Finished noon =
+      tessera(Arguments{"measure", scene_at("noon.textproto", "12"), meters, "-o", path("noon.csv")} + how);
+  ASSERT_EQ(noon.status.code, 0) << noon.err;
+  const std::string alone = read("noon.csv");
+  const std::string top =
+      alone.substr(alone.find("top,illuminance"), alone.find("\r\neye") - alone.find("top,"));
+  EXPECT_THAT(read("day.csv"), HasSubstr(top));
+  const support::Finished dark =
+      measure("meters { irradiance { receivers { point {} } } }\nseries { hours {} }");
+  EXPECT_EQ(dark.status.code, 2);
+  EXPECT_THAT(dark.err, HasSubstr("meters.textproto:2: series: the scene has no `sky` light"));
+}
+
 }  // namespace
 }  // namespace tessera::integration

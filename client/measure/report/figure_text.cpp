@@ -107,4 +107,9 @@ std::string short_text(double value) {
   return text;
 }
 
+std::string step_text(const MeasuredStep& step) {
+  return step.sky == kNightWord ? absl::StrCat(short_text(step.value), " (", kNightWord, ")")
+                                : short_text(step.value);
+}
+
 }  // namespace tessera::client

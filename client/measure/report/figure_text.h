@@ -37,4 +37,7 @@ std::string shortest_text(double value);
 /// Six significant digits at most.
 std::string short_text(double value);
 
+/// "11", "5 (night)": the value of a step, with a word where no daylight is there.
+std::string step_text(const MeasuredStep& step);
+
 }  // namespace tessera::client

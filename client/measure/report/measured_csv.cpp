@@ -29,17 +29,17 @@ void append_vector(const Imath::V3d& vector, bool there, std::vector<std::string
     fields.push_back(there ? shortest_text(part) : std::string());
 }
 
-}  // namespace
+const std::vector<std::string> kCsvColumns = {
+    "meter", "quantity", "unit",  "label",          "x",     "y",      "z",       "nx",
+    "ny",    "nz",       "value", "standard_error", "low95", "high95", "samples", "integrator"};
 
-std::string measured_csv(const Measured& measured) {
-  std::string csv;
-  append_record({"meter", "quantity", "unit", "label", "x", "y", "z", "nx", "ny", "nz", "value",
-                 "standard_error", "low95", "high95", "samples", "integrator"},
-                csv);
-  Intervals intervals;
+/// A record for each reading, each of which begins with the same fields.
+void append_readings(const std::vector<std::string>& step, const Measured& measured, Intervals& intervals,
+                     std::string& csv) {
   for (const MeasuredMeter& meter : measured.meters) {
     for (const Reading& reading : meter.readings) {
-      std::vector<std::string> fields{meter.name, meter.quantity, meter.unit, reading.label};
+      std::vector<std::string> fields = step;
+      fields.insert(fields.end(), {meter.name, meter.quantity, meter.unit, reading.label});
       append_vector(reading.position, std::isfinite(reading.position.x), fields);
       append_vector(reading.normal, reading.normal.length2() > 0, fields);
       const ConfidenceInterval interval = intervals.of(reading.figure);
@@ -50,6 +50,30 @@ std::string measured_csv(const Measured& measured) {
       fields.push_back(meter.algorithm);
       append_record(fields, csv);
     }
+  }
+}
+
+}  // namespace
+
+std::string measured_csv(const Measured& measured) {
+  std::string csv;
+  append_record(kCsvColumns, csv);
+  Intervals intervals;
+  append_readings({}, measured, intervals, csv);
+  return csv;
+}
+
+std::string measured_csv(const MeasuredSeries& series) {
+  std::string csv;
+  std::vector<std::string> columns{series.name, "sky", "sun_altitude"};
+  columns.insert(columns.end(), kCsvColumns.begin(), kCsvColumns.end());
+  append_record(columns, csv);
+  Intervals intervals;
+  for (const MeasuredStep& step : series.steps) {
+    const double altitude = step.sun_altitude_degrees;
+    append_readings(
+        {shortest_text(step.value), step.sky, std::isfinite(altitude) ? shortest_text(altitude) : ""},
+        step.measured, intervals, csv);
   }
   return csv;
 }

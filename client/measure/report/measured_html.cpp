@@ -10,6 +10,7 @@
 #include "measure/report/mesh_maps.h"
 #include "measure/report/plan_drawing.h"
 #include "measure/report/plane_summary.h"
+#include "measure/report/series_chart.h"
 
 namespace tessera::client {
 namespace {
@@ -17,6 +18,8 @@ namespace {
 constexpr double kPlanWidth = 760;
 /// Readings of a meter that the table shows at once; more are behind a line that opens them.
 constexpr std::size_t kMostRows = 24;
+/// Diagrams of a meter over a series; figures of more places are in the steps' tables.
+constexpr std::size_t kMostCharts = 12;
 
 std::string element(const char* tag, const std::string& content) {
   return absl::StrCat("<", tag, ">", content, "</", tag, ">");
@@ -48,7 +51,10 @@ class Report {
   Report(const Measured& measured, const MeasuredReportOptions& options)
       : measured_(measured), options_(options) {}
 
-  std::string html() {
+  std::string html() { return page_of(absl::StrCat(warnings(), plan(), content())); }
+
+  /// A page about what was measured, with something else in it.
+  std::string page_of(const std::string& body) const {
     std::string page = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"/>";
     absl::StrAppend(&page, "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\"/>",
                     "<meta name=\"color-scheme\" content=\"light dark\"/>",
@@ -58,16 +64,31 @@ class Report {
                     "</head><body>\n");
     absl::StrAppend(&page, "<header>", element("h1", markup_escaped(options_.title)), facts(),
                     "</header>\n<main>\n");
-    absl::StrAppend(&page, warnings(), plan());
-    for (const MeasuredMeter& meter : measured_.meters) {
-      for (const MeasuredPlane& plane : meter.planes) absl::StrAppend(&page, plane_section_of(meter, plane));
-      for (const MeasuredMesh& mesh : meter.meshes) absl::StrAppend(&page, mesh_section_of(meter, mesh));
-    }
-    absl::StrAppend(&page, table(), method(), "</main>\n</body></html>\n");
+    absl::StrAppend(&page, body, method(), "</main>\n</body></html>\n");
     return page;
   }
 
- private:
+  /// Maps and the table.
+  std::string content() {
+    std::string sections;
+    for (const MeasuredMeter& meter : measured_.meters) {
+      for (const MeasuredPlane& plane : meter.planes)
+        absl::StrAppend(&sections, plane_section_of(meter, plane));
+      for (const MeasuredMesh& mesh : meter.meshes) absl::StrAppend(&sections, mesh_section_of(meter, mesh));
+    }
+    return sections + table();
+  }
+
+  std::string charts_over(const MeasuredSeries& series) const {
+    std::string diagrams;
+    for (std::size_t m = 0; m < measured_.meters.size(); ++m) {
+      for (const SeriesChart& chart : charts_of(series, m, kMostCharts))
+        absl::StrAppend(&diagrams, diagram(chart.plot, absl::StrCat(chart.label, " over the series")));
+    }
+    return absl::StrCat("<section><h2>Over the series</h2><div class=\"diagrams\">", diagrams,
+                        "</div></section>\n");
+  }
+
   std::string facts() const {
     std::string list = "<dl class=\"facts\">";
     append_fact("Scene", markup_escaped(measured_.scene), list);
@@ -115,6 +136,7 @@ class Report {
                         ".</figcaption></figure></section>\n");
   }
 
+ private:
   std::string plane_section_of(const MeasuredMeter& meter, const MeasuredPlane& plane) {
     const absl::StatusOr<ValueGrid> grid = grid_of(meter, plane);
     if (!grid.ok()) return element("p", markup_escaped(std::string(grid.status().message())));
@@ -277,10 +299,47 @@ class Report {
   Intervals intervals_;
 };
 
+/// What is to be said of all steps: the worst error, all time, and warnings with their steps.
+Measured overview_of(const MeasuredSeries& series) {
+  Measured whole;
+  if (series.steps.empty()) return whole;
+  whole = series.steps.front().measured;
+  whole.cpu_seconds = 0;
+  whole.meters.clear();
+  for (const MeasuredStep& step : series.steps) {
+    const std::string label = absl::StrCat(series.name, " ", step_text(step));
+    whole.cpu_seconds += step.measured.cpu_seconds;
+    if (step.measured.worst_error > whole.worst_error) {
+      whole.worst_error = step.measured.worst_error;
+      whole.worst_meter = absl::StrCat(step.measured.worst_meter, ", ", label);
+    }
+    for (const MeasuredMeter& meter : step.measured.meters) {
+      if (meter.warnings.empty()) continue;
+      MeasuredMeter& warned = whole.meters.emplace_back();
+      warned.name = absl::StrCat(meter.name, ", ", label), warned.warnings = meter.warnings;
+    }
+  }
+  return whole;
+}
+
 }  // namespace
 
 std::string measured_html(const Measured& measured, const MeasuredReportOptions& options) {
   return Report(measured, options).html();
+}
+
+std::string measured_html(const MeasuredSeries& series, const MeasuredReportOptions& options) {
+  const Measured overview = overview_of(series);
+  const Report whole(overview, options);
+  std::string body = whole.warnings();
+  for (const MeasuredStep& step : series.steps) {
+    Report report(step.measured, options);
+    if (&step == &series.steps.front()) absl::StrAppend(&body, report.plan(), report.charts_over(series));
+    absl::StrAppend(&body, "<details><summary>", markup_escaped(series.name), " ",
+                    markup_escaped(step_text(step)), ": ", markup_escaped(step.sky), "</summary>",
+                    report.content(), "</details>\n");
+  }
+  return whole.page_of(body);
 }
 
 }  // namespace tessera::client

@@ -22,4 +22,7 @@ struct MeasuredReportOptions {
 /// XML, too.
 std::string measured_html(const Measured& measured, const MeasuredReportOptions& options = {});
 
+/// The same of a series: diagrams of all meters over its steps, then each step, folded.
+std::string measured_html(const MeasuredSeries& series, const MeasuredReportOptions& options = {});
+
 }  // namespace tessera::client

@@ -75,23 +75,43 @@ Json json_of(const MeasuredMeter& meter, Intervals& intervals) {
           {"meshes", std::move(meshes)}, {"readings", std::move(readings)}};
 }
 
+Json json_of(const Measured& measured, Intervals& intervals) {
+  Json meters = Json::array();
+  for (const MeasuredMeter& meter : measured.meters) meters.push_back(json_of(meter, intervals));
+  return {{"scene", measured.scene},
+          {"meters_file", measured.meters_file},
+          {"metres_per_unit", json_number(measured.metres_per_unit)},
+          {"wanted_error", json_number(measured.wanted_error)},
+          {"worst_error", json_number(measured.worst_error)},
+          {"worst_meter", measured.worst_meter},
+          {"cpu_seconds", json_number(measured.cpu_seconds)},
+          {"seed", measured.seed},
+          {"meters", std::move(meters)}};
+}
+
+/// Names come from files of others: what is no UTF-8 is replaced, not thrown at the caller.
+std::string json_text(const Json& whole) {
+  return whole.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
 }  // namespace
 
 std::string measured_json(const Measured& measured) {
   Intervals intervals;
-  Json meters = Json::array();
-  for (const MeasuredMeter& meter : measured.meters) meters.push_back(json_of(meter, intervals));
-  const Json whole{{"scene", measured.scene},
-                   {"meters_file", measured.meters_file},
-                   {"metres_per_unit", json_number(measured.metres_per_unit)},
-                   {"wanted_error", json_number(measured.wanted_error)},
-                   {"worst_error", json_number(measured.worst_error)},
-                   {"worst_meter", measured.worst_meter},
-                   {"cpu_seconds", json_number(measured.cpu_seconds)},
-                   {"seed", measured.seed},
-                   {"meters", std::move(meters)}};
-  // Names come from files of others: what is no UTF-8 is replaced, not thrown at the caller.
-  return whole.dump(1, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json_of(measured, intervals));
+}
+
+std::string measured_json(const MeasuredSeries& series) {
+  Intervals intervals;
+  Json steps = Json::array();
+  for (const MeasuredStep& step : series.steps) {
+    Json object{{series.name, json_number(step.value)},
+                {"sky", step.sky},
+                {"sun_altitude_degrees", json_number(step.sun_altitude_degrees)}};
+    object.update(json_of(step.measured, intervals));
+    steps.push_back(std::move(object));
+  }
+  return json_text({{"series", series.name}, {"steps", std::move(steps)}});
 }
 
 }  // namespace tessera::client

@@ -14,7 +14,18 @@
 namespace tessera::client {
 namespace {
 
-enum TextColumn { kMeter, kPlace, kValue, kUnit, kError, kInterval, kSamples, kIntegrator, kColumnCount };
+enum TextColumn {
+  kStep,
+  kMeter,
+  kPlace,
+  kValue,
+  kUnit,
+  kError,
+  kInterval,
+  kSamples,
+  kIntegrator,
+  kColumnCount
+};
 using TextRow = std::array<std::string, kColumnCount>;
 
 bool is_number(int column) { return column == kValue || column == kError || column == kSamples; }
@@ -53,10 +64,11 @@ std::string place_text(const Reading& reading) {
   return place;
 }
 
-TextRow row_of_figure(const MeasuredMeter& meter, std::string place, const Figure& figure,
-                      Intervals& intervals) {
+TextRow row_of_figure(const std::string& step, const MeasuredMeter& meter, std::string place,
+                      const Figure& figure, Intervals& intervals) {
   const FigureText text = figure_text(figure.value, figure.standard_error);
   TextRow row;
+  row[kStep] = step;
   row[kMeter] = base::printable(meter.name);
   row[kPlace] = std::move(place);
   row[kValue] = text.value;
@@ -82,11 +94,11 @@ std::string text_of(const PlaneSummary& summary) {
   return text;
 }
 
-void append_meter(const MeasuredMeter& meter, const MeasuredTextOptions& options, Intervals& intervals,
-                  std::vector<TextRow>& rows) {
+void append_meter(const std::string& step, const MeasuredMeter& meter, const MeasuredTextOptions& options,
+                  Intervals& intervals, std::vector<TextRow>& rows) {
   const auto add = [&](const std::string& cells, const PlaneSummary& summary) {
-    rows.push_back(row_of_figure(meter, absl::StrCat("mean of ", cells, ": ", text_of(summary)), summary.mean,
-                                 intervals));
+    rows.push_back(row_of_figure(step, meter, absl::StrCat("mean of ", cells, ": ", text_of(summary)),
+                                 summary.mean, intervals));
   };
   for (const MeasuredPlane& plane : meter.planes)
     add(absl::StrFormat("%u x %u cells", plane.columns, plane.rows), summary_of(meter, plane));
@@ -95,33 +107,55 @@ void append_meter(const MeasuredMeter& meter, const MeasuredTextOptions& options
         summary_of(meter, mesh));
   for (std::size_t i = 0; i < meter.readings.size(); ++i) {
     if (!options.all_cells && is_of_map(meter, i)) continue;
-    rows.push_back(row_of_figure(meter, place_text(meter.readings[i]), meter.readings[i].figure, intervals));
+    rows.push_back(
+        row_of_figure(step, meter, place_text(meter.readings[i]), meter.readings[i].figure, intervals));
   }
+}
+
+TextRow heading_row(const std::string& step) {
+  return {step,      "meter",     "place", "value", "unit", "+- standard error", "95 % interval",
+          "samples", "integrator"};
+}
+
+/// Warnings, and the error that was asked for and reached; `step` before each.
+void append_remarks(const std::string& step, const Measured& measured, std::string& text) {
+  for (const MeasuredMeter& meter : measured.meters) {
+    for (const std::string& warning : meter.warnings) {
+      absl::StrAppend(&text, step, "warning: meter '", base::printable(meter.name),
+                      "': ", base::printable(warning), "\n");
+    }
+  }
+  if (measured.worst_meter.empty()) return;
+  absl::StrAppend(&text, step,
+                  absl::StrFormat("worst 95 %% interval: +- %.2g %% of meter '%s'",
+                                  100 * measured.worst_error, base::printable(measured.worst_meter)));
+  if (measured.wanted_error > 0)
+    absl::StrAppend(&text, absl::StrFormat(", +- %.2g %% asked for", 100 * measured.wanted_error));
+  text += "\n";
 }
 
 }  // namespace
 
 std::string measured_text(const Measured& measured, const MeasuredTextOptions& options) {
-  std::vector<TextRow> rows{
-      {"meter", "place", "value", "unit", "+- standard error", "95 % interval", "samples", "integrator"}};
+  std::vector<TextRow> rows{heading_row("")};
   Intervals intervals;
-  for (const MeasuredMeter& meter : measured.meters) append_meter(meter, options, intervals, rows);
+  for (const MeasuredMeter& meter : measured.meters) append_meter("", meter, options, intervals, rows);
   std::string text = in_columns(rows);
-  for (const MeasuredMeter& meter : measured.meters) {
-    for (const std::string& warning : meter.warnings) {
-      absl::StrAppend(&text, "warning: meter '", base::printable(meter.name), "': ", base::printable(warning),
-                      "\n");
-    }
-  }
-  if (!measured.worst_meter.empty()) {
-    absl::StrAppend(
-        &text, absl::StrFormat("worst 95 %% interval: +- %.2g %% of meter '%s'", 100 * measured.worst_error,
-                               base::printable(measured.worst_meter)));
-    if (measured.wanted_error > 0)
-      absl::StrAppend(&text, absl::StrFormat(", +- %.2g %% asked for", 100 * measured.wanted_error));
-    text += "\n";
-  }
+  append_remarks("", measured, text);
   return text;
+}
+
+std::string measured_text(const MeasuredSeries& series, const MeasuredTextOptions& options) {
+  std::vector<TextRow> rows{heading_row(series.name)};
+  Intervals intervals;
+  std::string remarks;
+  for (const MeasuredStep& step : series.steps) {
+    const std::string label = step_text(step);
+    for (const MeasuredMeter& meter : step.measured.meters)
+      append_meter(label, meter, options, intervals, rows);
+    append_remarks(absl::StrCat(series.name, " ", label, ": "), step.measured, remarks);
+  }
+  return in_columns(rows) + remarks;
 }
 
 }  // namespace tessera::client

@@ -330,5 +330,20 @@ TEST(LayersOfPictures, LobesAreTheSameHoweverLightIsFound) {
   }
 }
 
+TEST(LayersOfPictures, HaveTheLightThatShinesStraightOnProbes) {
+  const std::string floor = kFloor;
+  const std::string scene = absl::StrCat(
+      "camera { probes { probes { kind: PLANE point { x: 0.2 y: 0.1 } axis { y: 1 } pixels: ", kSide * kSide,
+      " } } } film { filter { kind: BOX radius_x: 0.49 radius_y: 0.49 } } ",
+      floor.substr(floor.find("materials")), kLights);
+  const Layers lights = {{"key", "C.*<L.'key'>"}, {"spot", "C.*<L.'spot'>"}, {"sky", "C.*<L.'sky'>"}};
+  for (const std::uint32_t depth : {0u, 3u}) {
+    const client::Image image = picture({.scene = scene, .layers = lights, .max_depth = depth});
+    expect_partition(image, lights, absl::StrCat("probes, depth ", depth));
+    // A light at a point is met by no ray.
+    EXPECT_GT(plane(image, "spot.G").front(), 0);
+  }
+}
+
 }  // namespace
 }  // namespace tessera::test::layers_of_pictures

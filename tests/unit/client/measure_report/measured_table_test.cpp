@@ -2,9 +2,12 @@
 
 #include <gmock/gmock.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
+#include <pugixml.hpp>
 
 #include "measure/report/figure_text.h"
+#include "measure/report/measured_html.h"
 #include "unit/client/measure_report/samples.h"
 
 namespace tessera::client {
@@ -143,6 +146,67 @@ TEST(MeasuredText, TellsAllCellsWhenAskedTo) {
   const auto lines = [](const std::string& text) { return std::ranges::count(text, '\n'); };
   EXPECT_EQ(lines(measured_text(room)), 2);
   EXPECT_EQ(lines(measured_text(room, {.all_cells = true})), 2 + 6);
+}
+
+/// Two steps of a room, the first by night.
+MeasuredSeries a_night_and_a_day() {
+  MeasuredSeries series{.name = "hour"};
+  for (const double hour : {3.0, 11.5}) {
+    const bool night = hour < 6;
+    MeasuredMeter desk = meter_of("desk", "illuminance", "lx", "path");
+    desk.readings.push_back(reading_at({1, 2, 0.75}, night ? 0 : 512, night ? 0 : 1, night ? 0 : 63));
+    if (night) desk.warnings.emplace_back("dark");
+    MeasuredMeter floor = floor_of(3, 2);
+    series.steps.push_back({.value = hour,
+                            .sky = night ? kNightWord : "day",
+                            .sun_altitude_degrees = night ? std::nan("") : 60,
+                            .measured = room_of({desk, floor})});
+  }
+  return series;
+}
+
+TEST(MeasuredSeriesTable, RecordsBeginWithTheStep) {
+  const Records records = read_csv(measured_csv(a_night_and_a_day()));
+  ASSERT_EQ(records.size(), 1u + 2 * 7);
+  EXPECT_THAT(records[0], testing::Contains("meter"));
+  EXPECT_EQ(records[0][0], "hour");
+  EXPECT_EQ(records[1][0], "3");
+  EXPECT_EQ(records[1][1], "night");
+  EXPECT_EQ(records[1][2], "");
+  EXPECT_EQ(records[8][0], "11.5");
+  EXPECT_EQ(records[8][2], "60");
+  EXPECT_EQ(records[8][3], "desk");
+  for (const auto& record : records) EXPECT_EQ(record.size(), records[0].size());
+}
+
+TEST(MeasuredSeriesTable, JsonHasTheStepsByTheirName) {
+  const auto json = nlohmann::json::parse(measured_json(a_night_and_a_day()));
+  EXPECT_EQ(json["series"], "hour");
+  ASSERT_EQ(json["steps"].size(), 2u);
+  EXPECT_EQ(json["steps"][1]["hour"], 11.5);
+  EXPECT_EQ(json["steps"][0]["sky"], "night");
+  EXPECT_TRUE(json["steps"][0]["sun_altitude_degrees"].is_null());
+  EXPECT_EQ(json["steps"][1]["meters"][0]["readings"][0]["value"], 512);
+}
+
+TEST(MeasuredSeriesTable, TextHasAColumnOfSteps) {
+  const std::string text = measured_text(a_night_and_a_day());
+  EXPECT_THAT(text, testing::StartsWith("hour       meter"));
+  EXPECT_THAT(text, testing::HasSubstr("\n3 (night)  desk"));
+  EXPECT_THAT(text, testing::HasSubstr("\n11.5       desk"));
+  EXPECT_THAT(text, testing::HasSubstr("hour 3 (night): warning: meter 'desk': dark"));
+}
+
+TEST(MeasuredSeriesTable, APageHasADiagramOfEachMeterAndFoldsTheSteps) {
+  const std::string page = measured_html(a_night_and_a_day());
+  pugi::xml_document document;
+  ASSERT_TRUE(document.load_string(page.c_str(), pugi::parse_default | pugi::parse_doctype));
+  EXPECT_EQ(
+      document.select_nodes("//div[@class='diagrams']//svg[contains(@aria-label, 'over the series')]").size(),
+      2u);
+  EXPECT_EQ(document.select_nodes("//main/details").size(), 2u);
+  EXPECT_THAT(page, testing::HasSubstr("hour 3 (night): night"));
+  EXPECT_THAT(page, testing::HasSubstr("desk, hour 3 (night)"));
 }
 
 }  // namespace

@@ -3,6 +3,7 @@
 #include "render/sensor/probe.h"
 #include "render/sensor/probe_table.h"
 #include "render/transport/vertex/dimensions.h"
+#include "render/transport/vertex/layers.h"
 #include "render/transport/vertex/light_choice.h"
 #include "render/transport/vertex/light_spectrum.h"
 #include "render/transport/vertex/power_heuristic.h"
@@ -95,8 +96,9 @@ void append_probe_light(const SceneTables& scene, UInt x, UInt y, const Sampler&
     ray.medium = path.medium;
     ray.key = bit_cast<std::int32_t>(key);
     ray.wavelengths = path.wavelengths;
-    ray.layers = Int(0);
     const Mask shines = and_not(light.shines, is_black(ray.contribution));
+    ray.layers =
+        tells_layers(scene) ? layers_at_light(scene.layers, path.layer_state, light.light, shines) : Int(0);
     queue.size += append(scene, ray, shines, queue, queue.size);
   });
 }
