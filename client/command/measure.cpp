@@ -224,7 +224,7 @@ int SceneMeter::run_series() {
   const auto skies = sky_steps(file_, imported_);
   if (!skies.ok()) return report(kUsage, std::string{skies.status().message()});
   if (const int prepared = prepare(); prepared != kDone) return prepared;
-  MeasuredSeries series{.name = skies->name};
+  MeasuredSeries series{.name = skies->name, .steps = {}};
   MeasureRun worst;
   for (std::size_t i = 0; i < skies->steps.size(); ++i) {
     const SkyStep& step = skies->steps[i];

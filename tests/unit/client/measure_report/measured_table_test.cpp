@@ -150,7 +150,7 @@ TEST(MeasuredText, TellsAllCellsWhenAskedTo) {
 
 /// Two steps of a room, the first by night.
 MeasuredSeries a_night_and_a_day() {
-  MeasuredSeries series{.name = "hour"};
+  MeasuredSeries series{.name = "hour", .steps = {}};
   for (const double hour : {3.0, 11.5}) {
     const bool night = hour < 6;
     MeasuredMeter desk = meter_of("desk", "illuminance", "lx", "path");
