@@ -22,8 +22,8 @@ class LightFieldCommand : public testing::Test {
   std::string path(const std::string& name) const { return (folder_.path() / name).string(); }
 
   support::Finished capture(const std::string& set, const Arguments& more = {}) const {
-    return tessera(Arguments{"lightfield", "capture", kBoxToCapture, "-o", path(set), "--grid", "3x3", "--size",
-                             "16x16", "--spp", "4", "--tile", "16", "--quiet"} +
+    return tessera(Arguments{"lightfield", "capture", kBoxToCapture, "-o", path(set), "--grid", "3x3",
+                             "--size", "16x16", "--spp", "4", "--tile", "16", "--quiet"} +
                    more);
   }
 
@@ -96,8 +96,8 @@ TEST_F(LightFieldCommand, SaysBeforeItStartsWhatCannotBe) {
   EXPECT_EQ(large.status.code, 2) << large.err;
   EXPECT_THAT(large.err, HasSubstr("would fit"));
   EXPECT_FALSE(fs::exists(path("large.lf")));
-  const support::Finished cut = tessera({"lightfield", "capture", kBoxToCapture, "-o", path("cut.lf"), "--box",
-                                         "-0.5,0.1,-0.5,0.5,1.5,0.5", "--grid", "2x2", "--quiet"});
+  const support::Finished cut = tessera({"lightfield", "capture", kBoxToCapture, "-o", path("cut.lf"),
+                                         "--box", "-0.5,0.1,-0.5,0.5,1.5,0.5", "--grid", "2x2", "--quiet"});
   EXPECT_EQ(cut.status.code, 2) << cut.err;
   EXPECT_THAT(cut.err, HasSubstr("cuts "));
   EXPECT_THAT(cut.err, HasSubstr("TallBox"));
