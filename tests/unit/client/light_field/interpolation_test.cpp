@@ -223,8 +223,8 @@ TEST(CameraRays, OfAViewpointMeetTheConvergencePlaneWithTheOthers) {
   camera.mutable_viewpoint()->set_convergence_distance(4);
   camera_rays(camera, {5, 5}).value()(3, aside);
   for (std::size_t x = 0; x < 5; ++x) {
-    const V3d there = middle[x].origin + 4 * middle[x].direction;
-    EXPECT_LT((aside[x].origin + 4 * aside[x].direction - there).length(), 1e-12);
+    const V3d there = middle[x].origin + 4.0 * middle[x].direction;
+    EXPECT_LT((aside[x].origin + 4.0 * aside[x].direction - there).length(), 1e-12);
   }
 }
 
