@@ -1,43 +1,19 @@
 #include <OpenEXR/ImfChannelList.h>
 #include <OpenEXR/ImfFrameBuffer.h>
 #include <OpenEXR/ImfHeader.h>
-#include <OpenEXR/ImfIO.h>
 #include <OpenEXR/ImfInputPart.h>
 #include <OpenEXR/ImfMultiPartInputFile.h>
 #include <OpenEXR/ImfPartType.h>
 
-#include <cstring>
 #include <exception>
 #include <set>
-#include <stdexcept>
 #include <string>
 
+#include "images/memory_stream.h"
 #include "images/readers.h"
 
 namespace tessera::images {
 namespace {
-
-class Memory final : public Imf::IStream {
- public:
-  explicit Memory(std::string_view bytes) : Imf::IStream("image"), bytes_(bytes) {}
-
-  bool read(char to[], int count) override {
-    if (count < 0 || static_cast<std::uint64_t>(count) > bytes_.size() - at_)
-      throw std::runtime_error("the file ends early");
-    std::memcpy(to, bytes_.data() + at_, static_cast<std::size_t>(count));
-    at_ += static_cast<std::uint64_t>(count);
-    return at_ < bytes_.size();
-  }
-  std::uint64_t tellg() override { return at_; }
-  void seekg(std::uint64_t to) override {
-    if (to > bytes_.size()) throw std::runtime_error("the file ends early");
-    at_ = to;
-  }
-
- private:
-  const std::string_view bytes_;
-  std::uint64_t at_ = 0;
-};
 
 /// Whether the channels are R, G, B, with A or without, or Y alone, each of halves or floats at every pixel.
 bool plain(const Imf::ChannelList& channels) {
@@ -52,7 +28,7 @@ bool plain(const Imf::ChannelList& channels) {
 }
 
 bool read(std::string_view blob, std::uint64_t max_pixels, ImagePixels& pixels) {
-  Memory memory(blob);
+  MemoryStream memory(blob);
   Imf::MultiPartInputFile file(memory);
   if (file.parts() != 1) return false;
   const Imf::Header& header = file.header(0);

@@ -1,15 +1,20 @@
 #include "light_field/tile_pixels.h"
 
+#include <OpenEXR/ImfFrameBuffer.h>
+#include <OpenEXR/ImfTiledInputFile.h>
 #include <fcntl.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <exception>
 
 #include "absl/strings/str_cat.h"
+#include "images/memory_stream.h"
 
 namespace tessera::light_field {
 namespace {
@@ -82,9 +87,11 @@ absl::Status TileFileReader::broken(const std::string& what) const {
 std::int64_t TileFileReader::read_bytes(exr_const_context_t, void* self, void* to, std::uint64_t size,
                                         std::uint64_t offset, exr_stream_error_func_ptr_t) {
   const TileFileReader& file = *static_cast<const TileFileReader*>(self);
-  if (offset > file.size_ || size > file.size_ - offset) return -1;
-  std::memcpy(to, file.bytes_ + offset, size);
-  return static_cast<std::int64_t>(size);
+  if (offset > file.size_) return -1;
+  // Headers are read ahead: at the end of a file, there is less, as of pread().
+  const std::uint64_t there = std::min<std::uint64_t>(size, file.size_ - offset);
+  std::memcpy(to, file.bytes_ + offset, there);
+  return static_cast<std::int64_t>(there);
 }
 
 std::int64_t TileFileReader::size_of(exr_const_context_t, void* self) {
@@ -127,6 +134,10 @@ absl::Status TileFileReader::read_header() {
       !has_channels(context_) || window.min.x != 0 || window.min.y != 0) {
     return broken("it has no tiles of A, B, G, R and depth.Z from (0, 0) on");
   }
+  exr_compression_t compression = EXR_COMPRESSION_NONE;
+  if (exr_get_compression(context_, 0, &compression) != EXR_ERR_SUCCESS)
+    return broken("its compression is unknown");
+  lossy_ = compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
   width_ = static_cast<std::uint32_t>(window.max.x) + 1;
   height_ = static_cast<std::uint32_t>(window.max.y) + 1;
   tile_size_ = tile_x;
@@ -151,7 +162,33 @@ absl::StatusOr<std::vector<Tile>> TileFileReader::tiles() const {
   return tiles;
 }
 
+bool TileFileReader::read_lossy(std::uint32_t column, std::uint32_t row, const TileTarget& target) const {
+  try {
+    images::MemoryStream stream(bytes());
+    Imf::TiledInputFile file(stream, 0);
+    // The library addresses pixels by their coordinates in the picture.
+    const std::size_t first = (std::size_t{row} * target.row_pixels + column) * tile_size_;
+    Imf::FrameBuffer frame;
+    for (std::size_t c = 0; c < kChannels.size(); ++c) {
+      const bool is_colour = c < kPlaces.size();
+      const std::size_t stride = is_colour ? 4 : 1;
+      float* const to = (is_colour ? target.rgba + kPlaces[c] : target.distance) - first * stride;
+      frame.insert(kChannels[c], Imf::Slice(Imf::FLOAT, reinterpret_cast<char*>(to), sizeof(float) * stride,
+                                            sizeof(float) * stride * target.row_pixels));
+    }
+    file.setFrameBuffer(frame);
+    file.readTile(static_cast<int>(column), static_cast<int>(row));
+    return true;
+  } catch (const std::exception&) {
+    return false;
+  }
+}
+
 absl::Status TileFileReader::read(std::uint32_t column, std::uint32_t row, const TileTarget& target) const {
+  if (lossy_) {
+    if (read_lossy(column, row, target)) return absl::OkStatus();
+    return broken(absl::StrCat("tile ", column, ",", row, " cannot be decoded"));
+  }
   exr_chunk_info_t chunk;
   Decoding decoding(context_);
   if (exr_read_tile_chunk_info(context_, 0, static_cast<int>(column), static_cast<int>(row), 0, 0, &chunk) !=

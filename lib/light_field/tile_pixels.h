@@ -46,6 +46,7 @@ class TileFileReader {
   TileFileReader(std::string path, const char* bytes, std::size_t size);
   absl::Status read_header();
   absl::Status broken(const std::string& what) const;
+  bool read_lossy(std::uint32_t column, std::uint32_t row, const TileTarget& target) const;
   static std::int64_t read_bytes(exr_const_context_t, void* self, void* to, std::uint64_t size,
                                  std::uint64_t offset, exr_stream_error_func_ptr_t);
   static std::int64_t size_of(exr_const_context_t, void* self);
@@ -55,6 +56,7 @@ class TileFileReader {
   const std::size_t size_;
   exr_context_t context_ = nullptr;
   std::uint32_t width_ = 0, height_ = 0, tile_size_ = 0;
+  bool lossy_ = false;  // DWA, which OpenEXRCore 3.1 does not unpack soundly
 };
 
 }  // namespace tessera::light_field

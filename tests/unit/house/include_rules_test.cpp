@@ -29,7 +29,7 @@ const std::map<std::string, Rooms>& rules() {
       {"lib/base", {"base"}},
       {"lib/images", {"images", "base"}},
       {"lib/layers", {"layers"}},
-      {"lib/light_field", {"light_field", "wire"}},
+      {"lib/light_field", {"light_field", "images", "wire"}},
       {"lib/expression", {"expression"}},
       {"lib/telemetry", {"telemetry", "base"}},
       {"lib/net", {"net", "base", "telemetry", "wire", "tessera/v1"}},
