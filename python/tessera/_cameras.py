@@ -27,7 +27,7 @@ _OPENCV_FISHEYE = ["k1", "k2", "k3", "k4"]
 def _set_lens(
     lens: Any, radius: float, focal_distance: float, blades: int, blade_degrees: float, ratio: float
 ) -> None:
-    """The lens of a perspective or an orthographic camera."""
+    """The lens of a perspective or an orthographic camera, or of a panorama."""
     lens.ClearField("aperture")
     if blades:
         lens.aperture.blades = blades
@@ -172,12 +172,19 @@ class Cameras(SceneMessage):
         longitudes: tuple[float, float] = (-180.0, 180.0),
         latitudes: tuple[float, float] = (-90.0, 90.0),
         clip: tuple[float, float] = (0.0, 0.0),
+        lens_radius: float = 0.0,
+        focal_distance: float = 0.0,
+        blades: int = 0,
+        blade_degrees: float = 0.0,
+        aperture_ratio: float = 1.0,
     ) -> None:
-        """Longitudes from the camera's axis to the right across the film, latitudes up; degrees."""
+        """Longitudes from the camera's axis to the right across the film, latitudes up; degrees. A lens as that of
+        `camera` is at right angles to each ray, and sharp on a sphere."""
         with self._placed(world_from_camera, clip) as camera:
             panorama = camera.panorama
             panorama.longitude_min_degrees, panorama.longitude_max_degrees = longitudes
             panorama.latitude_min_degrees, panorama.latitude_max_degrees = latitudes
+            _set_lens(panorama, lens_radius, focal_distance, blades, blade_degrees, aperture_ratio)
 
     def cube_map_camera(
         self,

@@ -104,6 +104,11 @@ def around(camera: Any, render: Any) -> None:
     eyes.pole_merge_angle_from, eyes.pole_merge_angle_to = radians(50), radians(75)
 
 
+def around_lens(camera: Any, render: Any) -> None:
+    panorama("EQUIRECTANGULAR")(camera, render)
+    camera.dof.use_dof, camera.dof.focus_distance, camera.dof.aperture_fstop = True, 3, 0.15
+
+
 CAMERAS: dict[str, Callable[[Any, Any], None]] = {
     "equirectangular": panorama("EQUIRECTANGULAR"),
     "part": panorama(
@@ -123,6 +128,7 @@ CAMERAS: dict[str, Callable[[Any, Any], None]] = {
     "parallel": stereo("PARALLEL", "LEFT"),
     "toe_in": stereo("TOE"),
     "around": around,
+    "around_lens": around_lens,
 }
 
 tessera_blender.register()

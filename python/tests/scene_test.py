@@ -59,6 +59,15 @@ class SceneTest(unittest.TestCase):
         lens = scene.message.camera.orthographic
         self.assertEqual((lens.focal_distance, lens.aperture.blades), (3, 5))
 
+    def test_panoramas_have_lenses_too(self) -> None:
+        scene = tessera.Scene()
+        scene.panorama_camera(np.eye(4), (-90, 90), lens_radius=0.1, focal_distance=3, blades=5, aperture_ratio=2)
+        lens = scene.message.camera.panorama
+        self.assertEqual((lens.focal_distance, lens.aperture.blades, lens.aperture.ratio), (3, 5, 2))
+        scene.panorama_camera(np.eye(4))
+        self.assertEqual(lens.lens_radius, 0)
+        self.assertFalse(scene.message.camera.panorama.HasField("aperture"))
+
     def test_cameras_of_opencv_have_its_matrix_and_coefficients(self) -> None:
         matrix = [[500, 0, 300], [0, 520, 250], [0, 0, 1]]
         scene = tessera.Scene()

@@ -67,7 +67,8 @@ class CameraExport:
         distance = dof.focus_distance
         if dof.focus_object is not None:
             target = np.array(dof.focus_object.matrix_world.translation)
-            distance = float(np.dot(target - self._place[:3, 3], self._place[:3, 2]))
+            # Cycles has things behind the camera at a distance, too.
+            distance = abs(float(np.dot(target - self._place[:3, 3], self._place[:3, 2])))
         lens: dict[str, Any] = {
             "lens_radius": focal_length / (2 * max(dof.aperture_fstop, 1e-5)),
             "focal_distance": max(distance, 0.0),
@@ -94,8 +95,9 @@ class CameraExport:
         }
         if lens.panorama_type not in kinds:
             raise self._refuse(f"panoramas of kind {lens.panorama_type} are not translated")
-        if self._camera.data.dof.use_dof:
-            self._warn(f"camera {self._camera.name}: depth of field of a panorama is left out")
+        if self._camera.data.dof.use_dof and (lens.panorama_type != "EQUIRECTANGULAR" or self._is_around()):
+            what = "stereo of all directions" if self._is_around() else f"a panorama of kind {lens.panorama_type}"
+            self._warn(f"camera {self._camera.name}: depth of field of {what} is left out")
         kinds[lens.panorama_type](lens)
 
     def _equirectangular(self, lens: Any) -> None:
@@ -108,7 +110,8 @@ class CameraExport:
         if longitudes[0] >= longitudes[1] or low >= high:
             raise self._refuse("a panorama whose longitudes or latitudes descend is not translated")
         longitudes = (longitudes[0], min(longitudes[1], longitudes[0] + 360.0))
-        self._scene.panorama_camera(self._place, longitudes, (max(low, -90.0), min(high, 90.0)), self._clip)
+        dof = {} if self._is_around() else self._lens(1e-3 * self._camera.data.lens)
+        self._scene.panorama_camera(self._place, longitudes, (max(low, -90.0), min(high, 90.0)), self._clip, **dof)
 
     def _cube_face(self, lens: Any) -> None:
         if self._width != self._height:
@@ -159,6 +162,11 @@ class CameraExport:
         polynomial.angle[:] = [-k[i] / slope**i for i in range(1, 5)]
 
     # ---- stereo
+
+    def _is_around(self) -> bool:
+        """Whether eyes go around the camera on circles, which have no lens."""
+        render = self._render
+        return self._camera.data.type == "PANO" and render.use_multiview and render.views_format == "STEREO_3D"
 
     def _is_stereo(self) -> bool:
         if not self._render.use_multiview:

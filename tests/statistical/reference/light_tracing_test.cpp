@@ -201,6 +201,11 @@ INSTANTIATE_TEST_SUITE_P(
                     "fisheye { fov_degrees: 200 mapping: STEREOGRAPHIC circle_degrees: 190 }"),
         camera_case("OrthographicFisheye", "fisheye { fov_degrees: 150 mapping: ORTHOGRAPHIC }"),
         camera_case("Panorama", "cylindrical { fov_degrees: 150 }", "near_clip: 4.3 far_clip: 5.2"),
+        camera_case(
+            "PanoramaLens",
+            "panorama { longitude_min_degrees: -60 longitude_max_degrees: 60 latitude_min_degrees: -70 "
+            "latitude_max_degrees: 30 lens_radius: 0.5 focal_distance: 4 }",
+            "near_clip: 4.3 far_clip: 5.2"),
         // Their films have no edge.
         Case{"WholePanorama", things(kDiffuse) + kLamp + camera("cylindrical { fov_degrees: 360 }"), kWide},
         Case{"LatitudeAndLongitude", things(kDiffuse) + kLamp + camera("spherical { }"), kWide},

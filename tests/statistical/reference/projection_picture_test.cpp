@@ -91,6 +91,18 @@ INSTANTIATE_TEST_SUITE_P(
             "latitude_max_degrees: 40 } viewpoint { x: -0.8 convergence_distance: 3 "
             "pole_merge_from_degrees: 30 "
             "pole_merge_to_degrees: 80 }"},
+        ProjectionCase{"PanoramaLens", "panorama { lens_radius: 0.5 focal_distance: 4 }", kWideFilter},
+        // The lower pole looks at the floor.
+        ProjectionCase{
+            "PanoramaBlades",
+            "panorama { longitude_min_degrees: -90 longitude_max_degrees: 90 latitude_min_degrees: -90 "
+            "latitude_max_degrees: 20 lens_radius: 0.7 focal_distance: 3 aperture { blades: 3 ratio: "
+            "1.5 } }"},
+        ProjectionCase{
+            "PanoramaPicture",
+            "panorama { longitude_min_degrees: -60 longitude_max_degrees: 60 latitude_min_degrees: -60 "
+            "latitude_max_degrees: 30 lens_radius: 0.7 focal_distance: 6 aperture { image { digest: "
+            "'places' path: 'places.pfm' } } }"},
         ProjectionCase{"CubeMap", "cube_map { layout: FRONT equiangular: true }", kWideFilter}),
     [](const auto& test) { return std::string(test.param.name); });
 

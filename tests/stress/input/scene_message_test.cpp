@@ -181,8 +181,13 @@ class SceneMessage : public testing::Test {
                                                                              k4: 0.001 } } }
              rig { list { places { camera_from_view { elements: [1,0,0,0.1, 0,1,0,0, 0,0,1,0, 0,0,0,1] } } } })",
           samples_[7].scene);
-    merge("camera { viewpoint { pole_merge_from_degrees: 60 pole_merge_to_degrees: 75 } panorama { } }",
-          samples_[8].scene);
+    merge(
+        "camera { viewpoint { pole_merge_from_degrees: 60 pole_merge_to_degrees: 75 } panorama { "
+        "lens_radius: "
+        "0.01 focal_distance: 5 } }",
+        samples_[8].scene);
+    *samples_[8].scene.mutable_camera()->mutable_panorama()->mutable_aperture() =
+        samples_[1].scene.camera().orthographic().aperture();
     samples_[8].scene.mutable_camera()->clear_screen_window();
     v1::PerspectiveCamera& tilted = *samples_[9].scene.mutable_camera()->mutable_perspective();
     // A lens has a barrel or is tilted.

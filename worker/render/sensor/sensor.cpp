@@ -11,11 +11,29 @@ namespace {
 
 constinit ModelTable<SensorModel, SensorKind> models;
 
+Vec3 axis_of(const WideAffine& pose, int a) { return {pose.m[a], pose.m[4 + a], pose.m[8 + a]}; }
+
+/// The model's densities are for areas of sensor space, as seen along the ray: volumes scale by the product
+/// of the axes' lengths, and the ray takes its own part of that.
+Float scale_of_density(const WideAffine& pose, Vec3 along_ray) {
+  const Float volume = length(axis_of(pose, 0)) * length(axis_of(pose, 1)) * length(axis_of(pose, 2));
+  return length(transform_vector(pose, along_ray)) / (length(along_ray) * volume);
+}
+
 /// Length of a ray of unit direction for every unit of depth.
 Float length_per_depth(const SensorRecord& sensor, const WideAffine& pose, Vec3 direction) {
   if (!sensor_model(sensor.kind).traits.has_axis) return Float(1.0f);
   const Vec3 forward = normalize(Vec3{pose.m[2], pose.m[6], pose.m[10]});
   return 1.0f / max(dot(direction, forward), 1e-6f);
+}
+
+/// A vector of render space in sensor space, whose axes are orthogonal, but may be scaled.
+Vec3 in_sensor(const WideAffine& pose, Vec3 v) {
+  const auto along = [&](int a) {
+    const Vec3 axis = axis_of(pose, a);
+    return dot(v, axis) / length_squared(axis);
+  };
+  return {along(0), along(1), along(2)};
 }
 
 }  // namespace
@@ -28,6 +46,11 @@ LocalConnection SensorModel::connect(const SensorRecord&, Vec3, Vec2) const {
 LocalConnection SensorModel::connect_dispersed(const SensorRecord& sensor, Vec3 point, Vec2 u_lens,
                                                Float) const {
   return connect(sensor, point, u_lens);
+}
+
+Float SensorModel::density_along(const SensorRecord&, Vec3, Vec3, Vec2) const {
+  assert(!"a model that turns its lens says how");
+  return Float(0.0f);
 }
 
 LocalRay SensorModel::start_dispersed(const SensorRecord& sensor, Vec2 place, Vec2 u_lens, Float) const {
@@ -72,11 +95,8 @@ SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 
                                    Mask active, Float wavelength) {
   const WideAffine pose = pose_at(sensor, time);
   if (is_elsewhere(sensor)) point = point - place_of(pose);
-  // Sensor space: the axes of the sensor's frame are orthogonal, but may be scaled.
-  const auto axis = [&](int a) { return Vec3{pose.m[a], pose.m[4 + a], pose.m[8 + a]}; };
-  const auto along = [&](int a) { return dot(point, axis(a)) / length_squared(axis(a)); };
-  Vec3 p{along(0), along(1), along(2)};
-  const Float unit_of_depth = length(axis(2));
+  const Vec3 p = in_sensor(pose, point);
+  const Float unit_of_depth = length(axis_of(pose, 2));
   const bool has_axis = sensor_model(sensor.kind).traits.has_axis;
   const Mask in_front = active & ((has_axis ? p.z : length(point)) > 0.0f);
   const Vec3 seen{p.x, p.y, select(in_front, p.z, 1.0f)};
@@ -97,17 +117,24 @@ SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 
   result.lens = transform_vector(pose, local.lens);
   const Float depth = has_axis ? (p.z - local.lens.z) * unit_of_depth : length(point - result.lens);
   if (is_elsewhere(sensor)) result.lens = result.lens + place_of(pose);
-  // The model's were for areas of sensor space, as seen along the ray: volumes scale by the product of the
-  // axes' lengths, and the ray takes its own part of that.
-  const Vec3 to_point = p - local.lens;
-  const Float volume = length(axis(0)) * length(axis(1)) * unit_of_depth;
-  const Float scale = length(transform_vector(pose, to_point)) / (length(to_point) * volume);
+  const Float scale = scale_of_density(pose, p - local.lens);
   result.importance = local.importance * scale;
   result.density = local.density * scale;
   result.open_part = sensor.near_clip > 0 ? 1.0f - sensor.near_clip / max(depth, 1e-30f) : Float(1.0f);
   result.valid = in_front & local.valid & (depth > sensor.near_clip);
   if (sensor.far_clip > 0) result.valid &= depth <= sensor.far_clip;
   return result;
+}
+
+Float density_of_rays(const SensorRecord& sensor, Vec3 point, Vec3 direction, Vec2 u_lens, Float time,
+                      Mask active, Float wavelength) {
+  const SensorModel& model = sensor_model(sensor.kind);
+  if (!model.traits.turns_lens)
+    return connect_to_sensor(sensor, point, u_lens, time, active, wavelength).density;
+  const WideAffine pose = pose_at(sensor, time);
+  if (is_elsewhere(sensor)) point = point - place_of(pose);
+  const Vec3 along = normalize(in_sensor(pose, direction));
+  return model.density_along(sensor, in_sensor(pose, point), along, u_lens) * scale_of_density(pose, along);
 }
 
 Vec3 normal_in_sensor(const SensorRecord& sensor, Vec3 normal, Float time) {

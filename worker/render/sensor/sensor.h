@@ -82,6 +82,8 @@ class SensorModel {
     bool has_axis = true;   // clipping distances are counted along z, else along rays
     bool may_fail = false;  // some rays of start() are not valid
     bool weighs = false;    // rays of start() have weights other than 1
+    // connect() and start() do not mean the same point of the lens by the same `u_lens`.
+    bool turns_lens = false;
   };
 
   explicit constexpr SensorModel(const Traits& model_traits) : traits(model_traits) {}
@@ -98,6 +100,9 @@ class SensorModel {
   /// The same for light of this wavelength, in nanometres; with SensorRecord::disperses only.
   virtual LocalConnection connect_dispersed(const SensorRecord& sensor, Vec3 point, Vec2 u_lens,
                                             Float wavelength) const;
+  /// LocalConnection::density of the ray that started with `u_lens` and passes through `point` in this
+  /// direction, of unit length; only with Traits::turns_lens.
+  virtual Float density_along(const SensorRecord& sensor, Vec3 point, Vec3 direction, Vec2 u_lens) const;
   /// The width of what one pixel in the middle of the raster sees, `distance` along its ray, in render space.
   virtual Float pixel_width(const SensorRecord& sensor, Float distance) const = 0;
 
@@ -117,6 +122,11 @@ SensorRay start_ray(const SensorRecord& sensor, const SensorSample& sample);
 /// For sensors that connect to points. `wavelength`: as in SensorSample.
 SensorConnection connect_to_sensor(const SensorRecord& sensor, Vec3 point, Vec2 u_lens, Float time,
                                    Mask active, Float wavelength = Float(kMiddleNm));
+
+/// SensorConnection::density of rays that started with `u_lens` and meet `point` in this direction, of unit
+/// length.
+Float density_of_rays(const SensorRecord& sensor, Vec3 point, Vec3 direction, Vec2 u_lens, Float time,
+                      Mask active, Float wavelength = Float(kMiddleNm));
 
 /// Whether rays that leave the sensor have weights other than 1.
 inline bool weighs_rays(const SensorRecord& sensor) { return sensor_model(sensor.kind).traits.weighs; }

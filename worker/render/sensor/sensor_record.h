@@ -42,6 +42,7 @@ enum class SensorKind : std::int32_t {
   kEqualAreaCylindrical,
   kCubeMap,
   kPanorama,
+  kPanoramaLens,
   kProbes,
   kConnectingProbes,  // the same, to which points of the scene are connected
   kCount
@@ -49,7 +50,14 @@ enum class SensorKind : std::int32_t {
 
 /// The kind of sensors that are `kind` but for a lens.
 constexpr SensorKind with_lens(SensorKind kind) {
-  return kind == SensorKind::kOrthographic ? SensorKind::kOrthographicLens : SensorKind::kThinLens;
+  switch (kind) {
+    case SensorKind::kOrthographic:
+      return SensorKind::kOrthographicLens;
+    case SensorKind::kPanorama:
+      return SensorKind::kPanoramaLens;
+    default:
+      return SensorKind::kThinLens;
+  }
 }
 
 /// Meaning of the places of a raster.
@@ -87,6 +95,7 @@ inline RasterTraits raster_of(SensorKind kind) {
     case SensorKind::kCubeMap:  // a face spans two units
       return {RasterShape::kSphere, 1, 1, RasterEdges::kMirrored};
     case SensorKind::kPanorama:
+    case SensorKind::kPanoramaLens:  // as rays through the middle of the lens see it
     case SensorKind::kCylindrical:
     case SensorKind::kFisheyeEquidistant:
     case SensorKind::kFisheyeEquisolid:
@@ -132,10 +141,11 @@ struct SensorRecord {
 /// Tells what is seen beyond the edge of the raster.
 inline RasterEdges edges_of(const SensorRecord& sensor) {
   constexpr float kFullTurn = 6.2831f;
-  if ((sensor.kind == SensorKind::kCylindrical || sensor.kind == SensorKind::kPanorama) &&
+  const bool is_panorama = sensor.kind == SensorKind::kPanorama || sensor.kind == SensorKind::kPanoramaLens;
+  if ((sensor.kind == SensorKind::kCylindrical || is_panorama) &&
       sensor.scale_x * static_cast<float>(sensor.width) >= kFullTurn) {
-    const bool has_poles = sensor.kind == SensorKind::kPanorama &&
-                           -2 * sensor.scale_y * static_cast<float>(sensor.height) >= kFullTurn;
+    const bool has_poles =
+        is_panorama && -2 * sensor.scale_y * static_cast<float>(sensor.height) >= kFullTurn;
     return has_poles ? RasterEdges::kOverPole : RasterEdges::kRound;
   }
   return raster_of(sensor.kind).edges;

@@ -66,7 +66,7 @@ TEST(BuildSensor, StandsRelativeToRenderSpaceAndSpansItsFieldOfView) {
 }
 
 TEST(BuildSensor, LensesHaveTheirAperture) {
-  for (const std::string camera : {"perspective { fov_degrees: 90 ", "orthographic { "}) {
+  for (const std::string camera : {"perspective { fov_degrees: 90 ", "orthographic { ", "panorama { "}) {
     const std::string lens = camera + "lens_radius: 0.5 focal_distance: 3 ";
     const auto round = sensor_of(lens + "aperture { } }");
     const auto bladed = sensor_of(lens + "aperture { blades: 6 blade_degrees: 70 ratio: 2 } }");
@@ -297,6 +297,17 @@ TEST(BuildSensor, ApertureAndBarrelAreChecked) {
               HasSubstr("0.001 to 1e6 radii of the lens, not 0"));
   EXPECT_THAT(refusal("orthographic { lens_radius: 1 focal_distance: 2 aperture { barrel_length: 1 } }"),
               HasSubstr("orthographic cameras have no barrel"));
+  EXPECT_THAT(refusal("panorama { lens_radius: 1 focal_distance: 2 aperture { barrel_length: 1 } }"),
+              HasSubstr("panoramas have no barrel"));
+}
+
+TEST(BuildSensor, LensesOfPanoramasHaveTheirEyeInTheMiddle) {
+  EXPECT_THAT(refusal("panorama { lens_radius: 0.1 focal_distance: 2 } viewpoint { x: 0.03 y: 0.1 }"),
+              HasSubstr("a panorama with a lens has its eye in the middle, not at a viewpoint x of 0.03"));
+  EXPECT_THAT(refusal("panorama { lens_radius: 0.1 }"), HasSubstr("focal distance above 0"));
+  const auto risen = sensor_of("panorama { lens_radius: 0.1 focal_distance: 2 } viewpoint { y: 0.1 }");
+  ASSERT_TRUE(risen.ok()) << risen.status();
+  EXPECT_EQ(risen->kind, SensorKind::kPanoramaLens);
 }
 
 TEST(AperturePicture, LetsThroughWhatIsBright) {

@@ -23,7 +23,8 @@ class Faults {
   std::vector<LensFault> found_;
 };
 
-void check_aperture(const v1::LensAperture& aperture, bool parallel, Faults& faults) {
+/// `barrel_fault`: why the lens has no barrel; null: it may have one.
+void check_aperture(const v1::LensAperture& aperture, const char* barrel_fault, Faults& faults) {
   if (aperture.has_blades() && !(aperture.blades() >= 3 && aperture.blades() <= 64))
     faults.add(aperture, "blades", absl::StrCat("an aperture has 3 to 64 blades, not ", aperture.blades()));
   if (aperture.has_blades() && aperture.has_image())
@@ -41,15 +42,13 @@ void check_aperture(const v1::LensAperture& aperture, bool parallel, Faults& fau
   if (aperture.has_barrel_radius() && !(radius >= 1e-3 && radius <= 1e6))
     faults.add(aperture, "barrel_radius",
                absl::StrCat("a barrel's circle has 0.001 to 1e6 radii of the lens, not ", radius));
-  if (parallel && length > 0)
-    faults.add(aperture, "barrel_length",
-               "orthographic cameras have no barrel, which would look the same from all of the film");
+  if (barrel_fault != nullptr && length > 0) faults.add(aperture, "barrel_length", barrel_fault);
 }
 
 /// `lens`: a message that has a lens_radius, a focal_distance and an aperture. `focused`: something else says
 /// what is sharp.
 template <class CameraKind>
-void check_thin_lens(const CameraKind& lens, bool parallel, bool focused, Faults& faults) {
+void check_thin_lens(const CameraKind& lens, const char* barrel_fault, bool focused, Faults& faults) {
   const float radius = lens.lens_radius(), distance = lens.focal_distance();
   constexpr const char* kWhat = "a lens needs a finite radius and a focal distance above 0";
   if (!(radius >= 0) || !std::isfinite(radius)) {
@@ -57,7 +56,7 @@ void check_thin_lens(const CameraKind& lens, bool parallel, bool focused, Faults
   } else if (radius > 0 && !focused && !(distance > 0 && std::isfinite(distance))) {
     faults.add(lens, "focal_distance", kWhat);
   }
-  check_aperture(lens.aperture(), parallel, faults);
+  check_aperture(lens.aperture(), barrel_fault, faults);
 }
 
 }  // namespace
@@ -67,11 +66,25 @@ std::vector<LensFault> lens_faults_of(const v1::Camera& camera) {
   const bool focused = camera.has_focus_point();
   if (camera.has_perspective()) {
     const v1::PerspectiveCamera& perspective = camera.perspective();
-    check_thin_lens(perspective, false, focused, faults);
+    check_thin_lens(perspective, nullptr, focused, faults);
     if (perspective.has_tilt() && perspective.aperture().barrel_length() > 0)
       faults.add(perspective.aperture(), "barrel_length", "a lens that is tilted has no barrel");
   }
-  if (camera.has_orthographic()) check_thin_lens(camera.orthographic(), true, focused, faults);
+  if (camera.has_orthographic()) {
+    check_thin_lens(camera.orthographic(),
+                    "orthographic cameras have no barrel, which would look the same from all of the film",
+                    focused, faults);
+  }
+  if (camera.has_panorama()) {
+    const v1::PanoramaCamera& panorama = camera.panorama();
+    check_thin_lens(panorama, "panoramas have no barrel, which would look the same from all of the film",
+                    false, faults);
+    if (panorama.lens_radius() > 0 && camera.viewpoint().x() != 0) {
+      faults.add(panorama, "lens_radius",
+                 absl::StrCat("a panorama with a lens has its eye in the middle, not at a viewpoint x of ",
+                              camera.viewpoint().x()));
+    }
+  }
   if (camera.has_lens()) {
     std::vector<optics::Fault> of_lens;
     static_cast<void>(wire::lens_system_of(camera.lens(), of_lens));

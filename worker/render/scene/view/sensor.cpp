@@ -308,9 +308,11 @@ absl::Status set_projection(const v1::Camera& camera, FilmSize film, bool spectr
       return set_hole(camera, film, spectral, record);
     case v1::Camera::kFisheye:
       return set_fisheye(camera, film, record);
+    case v1::Camera::kPanorama:
+      if (auto s = set_all_around(camera, record); !s.ok()) return s;
+      return set_lens(camera.panorama(), surroundings, record);
     case v1::Camera::kCylindrical:
     case v1::Camera::kSpherical:
-    case v1::Camera::kPanorama:
     case v1::Camera::kCubeMap:
       return set_all_around(camera, record);
     case v1::Camera::kProbes:  // build_sensor() has seen to them

@@ -4,6 +4,7 @@
 // the right, and the latitude, upwards, in radians.
 #include "render/core/constants.h"
 #include "render/sensor/model/about_point.h"
+#include "render/sensor/model/panorama_place.h"
 #include "render/sensor/panorama_table.h"
 
 namespace tessera::render::TESSERA_ISA {
@@ -32,17 +33,15 @@ class PanoramaSensor final : public SensorModel {
   PanoramaSensor() : SensorModel({.has_axis = false, .may_fail = true}) {}
 
   LocalRay start(const SensorRecord& sensor, Vec2 place, Vec2) const override {
-    // Beyond a pole, the meridian is the opposite one.
-    const Mask over = abs(place.y) > kHalfPi;
-    const Float longitude = place.x + select_or_zero(over, Float(kPi)),
-                latitude = select(over, copysign(Float(kPi), place.y) - place.y, place.y);
+    const Bearing bearing = bearing_of(place);
     const CircleOfEyes& eyes = sensor.panorama->eyes;
-    const Float radius = eye_at(eyes, latitude).radius;
-    const Float s = sin(longitude), c = cos(longitude), across = cos(latitude);
+    const Float radius = eye_at(eyes, bearing.latitude).radius;
+    const Float s = sin(bearing.longitude), c = cos(bearing.longitude), across = cos(bearing.latitude);
     LocalRay ray;
     ray.origin = {radius * c, Float(0.0f), radius * s * -1.0f};
-    ray.direction = fma(ray.origin, -eyes.inverse_convergence, Vec3{across * s, sin(latitude), across * c});
-    ray.valid = abs(latitude) <= kHalfPi;
+    ray.direction =
+        fma(ray.origin, -eyes.inverse_convergence, Vec3{across * s, sin(bearing.latitude), across * c});
+    ray.valid = bearing.valid;
     return ray;
   }
 
@@ -53,9 +52,7 @@ class PanoramaSensor final : public SensorModel {
     const float k = eyes.inverse_convergence;
     const Float beside = met.eye.radius * (1.0f - met.t * k), ahead = met.t * met.cosine;
     const Float turn = atan2(point.x, point.z) - atan2(beside, ahead);
-    // Within half a turn of the middle of the picture.
-    const float middle = sensor.offset_x + 0.5f * sensor.scale_x * static_cast<float>(sensor.width);
-    const Float longitude = turn - 2 * kPi * floor((turn - middle) * kInv2Pi + 0.5f);
+    const Float longitude = longitude_in_picture(sensor, turn);
     // Area across the ray of what a step in longitude and one in latitude span.
     const Vec3 by_longitude{ahead, Float(0.0f), -beside},
         by_latitude{met.eye.slope * (1.0f - met.t * k), ahead, met.t * met.sine * -1.0f},

@@ -53,9 +53,9 @@ TESSERA_INLINE PartialWeights arrive_at(const SceneTables& scene, const Vertex& 
   }
   weights = {Float(0.0f), Float(0.0f)};
   if (!connects_to_points(scene.sensor)) return weights;
-  const SensorConnection eye = connect_to_sensor(scene.sensor, v.surface.p, u_lens, v.time, hit,
-                                                 first_wavelength(wavelengths, Float(kMiddleNm)));
-  weights.last = power(subpaths / max(eye.density * UnitArea(scene.lights).size * cosine, 1e-30f));
+  const Float density = density_of_rays(scene.sensor, v.surface.p, -v.wo, u_lens, v.time, hit,
+                                        first_wavelength(wavelengths, Float(kMiddleNm)));
+  weights.last = power(subpaths / max(density * UnitArea(scene.lights).size * cosine, 1e-30f));
   return weights;
 }
 
