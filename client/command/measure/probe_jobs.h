@@ -51,7 +51,7 @@ class ProbeJobs {
   absl::StatusOr<ProbePicture> render(const ProbeJob& job, const v1::Light& light, std::string sky);
 
   /// The next job builds the scene anew: its lights were changed. What else it holds is kept.
-  void forget_scene() { built_.reset(); }
+  void forget_scene() { built_.clear(); }
 
   /// Warnings of the jobs so far, each once.
   const std::vector<std::string>& warnings() const { return warnings_; }

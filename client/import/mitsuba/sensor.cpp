@@ -107,47 +107,97 @@ void write_sampler(Context& context, Object* sampler) {
   settings.set_spp(static_cast<std::uint32_t>(samples));
 }
 
-}  // namespace
-
-void write_sensor(Context& context, MediumTable& media, Object& sensor) {
-  PropertyReader reader(context, sensor);
-  const bool is_perspective = sensor.type == "perspective" || sensor.type == "thinlens";
-  if (!is_perspective && sensor.type != "orthographic") {
-    reader.error(concat("sensor \"", sensor.type,
-                        "\" is not supported: expected perspective, thinlens or orthographic"));
-    return;
-  }
+/// What a sensor has besides its camera: sampler, film, response and shutter.
+FilmWindow write_exposure(Context& context, PropertyReader& reader) {
   write_sampler(context, reader.child("sampler"));
   Object* const film_object = reader.child("film");
   const FilmWindow film = write_film(context, film_object);
   if (film_object != nullptr) context.note(context.scene.film(), *film_object);
   write_sensor_response(reader, film_object != nullptr && film_object->type == "specfilm");
-  v1::Camera& camera = *context.scene.mutable_camera();
-  context.note(camera, sensor);
+  context.shutter_open = reader.number("shutter_open", 0);
+  context.shutter_close = reader.number("shutter_close", context.shutter_open);
+  if (context.shutter_close < context.shutter_open)
+    reader.error(concat(reader.object().title(), ": its shutter closes before it opens"));
+  return film;
+}
+
+/// Whether the sensor is a camera of a kind that is known; else an error is noted.
+bool check_kind(PropertyReader& reader) {
+  const std::string& type = reader.object().type;
+  if (type == "perspective" || type == "thinlens" || type == "orthographic") return true;
+  reader.error(concat("sensor \"", type,
+                      "\" is not supported: expected perspective, thinlens, orthographic or batch"));
+  return false;
+}
+
+void write_camera(PropertyReader& reader, MediumTable& media, const FilmWindow& film, v1::Camera& camera) {
+  reader.context().note(camera, reader.object());
   if (Object* medium = reader.child("medium")) camera.set_medium(media.use(*medium));
   camera.set_near_clip(static_cast<float>(reader.number("near_clip", 0.01)));
   camera.set_far_clip(static_cast<float>(reader.number("far_clip", 10000)));
   if (!(camera.near_clip() > 0) || !(camera.far_clip() > camera.near_clip())) {
-    reader.error(concat(sensor.title(), ": expected 0 < near_clip < far_clip"));
+    reader.error(concat(reader.object().title(), ": expected 0 < near_clip < far_clip"));
   }
-  context.shutter_open = reader.number("shutter_open", 0);
-  context.shutter_close = reader.number("shutter_close", context.shutter_open);
-  if (context.shutter_close < context.shutter_open)
-    reader.error(concat(sensor.title(), ": its shutter closes before it opens"));
   std::vector<TimedPlacing> motion = reader.motion("to_world");
   const Imath::M44d to_world = motion.front().place;
   if (!inverse(to_world)) {
-    reader.error(concat(sensor.title(), ": its transformation is singular"));
-  } else if (is_perspective) {
-    write_perspective(reader, film, to_world, camera);
-  } else {
+    reader.error(concat(reader.object().title(), ": its transformation is singular"));
+  } else if (reader.object().type == "orthographic") {
     write_orthographic(reader, film, to_world, camera);
+  } else {
+    write_perspective(reader, film, to_world, camera);
   }
   for (TimedPlacing& placing : motion) {
     take_scale(placing.place);
     placing.place = with_x_right(placing.place);
   }
   write_motion(motion, camera);
+}
+
+/// Sensors that Mitsuba puts side by side on one film: views, each of its part of the film's width. Their own
+/// films, samplers and shutters do not count there, either.
+void write_batch(PropertyReader& batch, MediumTable& media) {
+  Context& context = batch.context();
+  FilmWindow film = write_exposure(context, batch);
+  const std::vector<Property*> sensors = batch.children("sensor");
+  if (sensors.empty()) {
+    batch.error("sensor \"batch\": expected at least one <sensor> within it");
+    return;
+  }
+  const auto views = static_cast<double>(sensors.size());
+  if (film.crop_width != film.width || film.crop_height != film.height)
+    batch.error("sensor \"batch\": a crop window of a film that several sensors share is not supported");
+  if (std::fmod(film.width, views) != 0) {
+    batch.error(concat("sensor \"batch\": the width of its film, ", film.width,
+                       ", is not a multiple of its number of sensors, ", views));
+    return;
+  }
+  film.width = film.crop_width = film.width / views;
+  context.scene.mutable_film()->set_width(static_cast<std::uint32_t>(film.width));
+  for (Property* const property : sensors) {
+    Object& sensor = *std::get<Object*>(property->value);
+    PropertyReader reader(context, sensor);
+    if (!check_kind(reader)) continue;
+    v1::Camera& camera =
+        property == sensors.front() ? *context.scene.mutable_camera() : *context.scene.add_views();
+    camera.set_view_name(sensor.id.empty() ? property->name : sensor.id);
+    static_cast<void>(reader.child("film")), static_cast<void>(reader.child("sampler"));
+    reader.ignore({"shutter_open", "shutter_close"});
+    write_camera(reader, media, film, camera);
+  }
+}
+
+}  // namespace
+
+void write_sensor(Context& context, MediumTable& media, Object& sensor) {
+  PropertyReader reader(context, sensor);
+  if (sensor.type == "batch") {
+    write_batch(reader, media);
+    return;
+  }
+  if (!check_kind(reader)) return;
+  const FilmWindow film = write_exposure(context, reader);
+  write_camera(reader, media, film, *context.scene.mutable_camera());
 }
 
 }  // namespace tessera::client::mitsuba

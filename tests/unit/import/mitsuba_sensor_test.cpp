@@ -154,6 +154,57 @@ TEST_F(MitsubaSensor, ThinLensesFocus) {
   EXPECT_EQ(camera.perspective().focal_distance(), 7);
 }
 
+TEST_F(MitsubaSensor, BatchesAreViewsSideBySide) {
+  const std::string lens =
+      "<float name='aperture_radius' value='.5'/><float name='focus_distance' value='7'/>";
+  const ImportedScene read = succeed(import_xml(
+      "<scene version='3.0.0'><sensor type='batch'><float name='shutter_close' value='2'/>" +
+      film("<integer name='width' value='600'/><integer name='height' value='100'/>") +
+      "<sampler type='independent'><integer name='sample_count' value='9'/></sampler>"
+      // The film, the sampler and the shutter of its own do not count.
+      "<sensor type='perspective' id='front'><float name='fov' value='90'/>" +
+      film(kWide) + "<sampler type='independent'><integer name='sample_count' value='5'/></sampler>" +
+      "<float name='shutter_close' value='1'/>" + sliding(at("0", "0") + at("2", "4")) +
+      "</sensor><sensor type='thinlens' name='aside'>" + lens + "<float name='near_clip' value='2'/>" +
+      "<transform name='to_world'><translate x='5'/></transform></sensor>"
+      "<sensor type='orthographic'/></sensor></scene>"));
+  EXPECT_EQ(warnings_of(read), "");
+  const v1::Scene& scene = read.scene;
+  EXPECT_EQ(scene.film().width(), 200u);
+  EXPECT_EQ(scene.film().height(), 100u);
+  EXPECT_EQ(scene.settings().spp(), 9u);
+  ASSERT_EQ(scene.views_size(), 2);
+  // The tangent of half the angle across the width is 1; the height is half of that.
+  EXPECT_THAT(scene.camera().perspective().fov_degrees(),
+              FloatEq(static_cast<float>(2 * std::atan(0.5) * 180 / std::numbers::pi)));
+  EXPECT_THAT(scene.camera().screen_window(), ElementsAre(-2, 2, -1, 1));
+  EXPECT_EQ(scene.camera().view_name(), "front");
+  ASSERT_EQ(scene.camera().motion_size(), 1);
+  EXPECT_EQ(scene.camera().motion(0).place().elements(3), 4);
+  EXPECT_EQ(scene.views(0).view_name(), "aside");
+  EXPECT_EQ(scene.views(0).perspective().lens_radius(), 0.5f);
+  EXPECT_EQ(scene.views(0).near_clip(), 2);
+  EXPECT_EQ(scene.views(0).world_from_camera().elements(3), 5);
+  EXPECT_TRUE(scene.views(1).has_orthographic());
+  EXPECT_EQ(scene.views(1).view_name(), "");
+}
+
+TEST_F(MitsubaSensor, BatchesThatDoNotFitTheirFilmAreRefused) {
+  const auto refusal = [&](const std::string& inside) {
+    return error_of(
+        import_xml("<scene version='3.0.0'><sensor type='batch'>\n" + inside + "</sensor></scene>"));
+  };
+  const std::string two = "<sensor type='perspective'/><sensor type='perspective'/>";
+  EXPECT_THAT(refusal(""), HasSubstr("expected at least one <sensor> within it"));
+  EXPECT_THAT(refusal(film("<integer name='width' value='401'/>") + two),
+              HasSubstr("the width of its film, 401, is not a multiple of its number of sensors, 2"));
+  EXPECT_THAT(refusal(film(std::string(kWide) + "<integer name='crop_width' value='100'/>") + two),
+              HasSubstr("a crop window of a film that several sensors share"));
+  EXPECT_THAT(refusal("<sensor type='perspective'/>\n<sensor type='irradiancemeter'/>"),
+              testing::AllOf(HasSubstr("scene.xml:3"),
+                             HasSubstr("sensor \"irradiancemeter\" is not supported: expected perspective")));
+}
+
 TEST_F(MitsubaSensor, OrthographicFilmsAreTwoUnitsWide) {
   const v1::Camera camera =
       sensor("orthographic", "<transform name='to_world'><scale x='10' y='10'/></transform>" + film(kWide))

@@ -148,22 +148,14 @@ MovedPlace distort(const DistortionTable& table, Vec2 undistorted) {
 }
 
 PlaceSlopes slopes_near(const DistortionTable& table, Vec2 undistorted) {
-  // Slopes are those at the middles of cells.
-  const PlaceGrid& grid = table.start_grid;
-  const auto between = [](Float cells, std::int32_t count) {
-    const Float place = cells - 0.5f;
-    return clamp(select_or_zero(place == place, place), 0.0f, static_cast<float>(count - 1));
-  };
-  const Float x = between((undistorted.x - grid.first_x) * grid.per_x, grid.columns),
-              y = between((undistorted.y - grid.first_y) * grid.per_y, grid.rows);
-  const Int column = max(min(to_int(x), grid.columns - 2), 0), row = max(min(to_int(y), grid.rows - 2), 0);
-  const Float s = x - to_float(column), t = y - to_float(row);
+  const Cell cell = cell_of(table.start_grid, undistorted);
+  const std::int32_t stride = table.start_grid.columns + 1;
+  const Int node = cell.row * stride + cell.column;
   PlaceSlopes sum{Float(0.0f), Float(0.0f), Float(0.0f), Float(0.0f)};
   for (int j = 0; j < 2; ++j) {
     for (int i = 0; i < 2; ++i) {
-      const Float weight = (i == 0 ? 1.0f - s : s) * (j == 0 ? 1.0f - t : t);
-      const Wide4<float> at =
-          gather4(table.slopes.data(), ((row + j) * grid.columns + (column + i)) * 4, Mask::all());
+      const Float weight = (i == 0 ? 1.0f - cell.s : cell.s) * (j == 0 ? 1.0f - cell.t : cell.t);
+      const Wide4<float> at = gather4(table.slopes.data(), (node + (j * stride + i)) * 4, Mask::all());
       sum.xx = fma(weight, at.c[0], sum.xx), sum.xy = fma(weight, at.c[1], sum.xy);
       sum.yx = fma(weight, at.c[2], sum.yx), sum.yy = fma(weight, at.c[3], sum.yy);
     }

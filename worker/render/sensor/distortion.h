@@ -21,7 +21,7 @@ MovedPlace distort(const DistortionTable& table, Vec2 undistorted);
 struct PlaceSlopes {
   Float xx, xy, yx, yy;
 };
-/// Roughly those where an undistorted place is seen: linear between a few thousand places, and beyond the
+/// Those where an undistorted place is seen, roughly: linear between a few thousand places, and beyond the
 /// outermost the same.
 PlaceSlopes slopes_near(const DistortionTable& table, Vec2 undistorted);
 

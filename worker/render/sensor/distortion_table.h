@@ -24,8 +24,8 @@ struct DistortionTable {
   /// and y.
   PlaceGrid start_grid;
   std::vector<float> starts;
-  /// Derivatives of the undistorted place by the film's there, for footprints: of x by x and y, of y by x and
-  /// y.
+  /// Derivatives of the undistorted place by the film's, for footprints: of x by x and y, of y by x and y, at
+  /// each node of the start grid. Nodes that no place of the film sees go straight on from the next ones.
   std::vector<float> slopes;
   float near = 1e-3f;  // a thousandth of a pixel, in places
 

@@ -139,7 +139,7 @@ TEST(MeasuredHtml, NamesAreTextAndNoMarkup) {
 }
 
 TEST(MeasuredHtml, TakesRunsWithoutMetersOrPlaces) {
-  parsed(measured_html({}));
+  parsed(measured_html(Measured{}));
   const pugi::xml_document page = parsed(measured_html(room_of({exact_flux()})));
   EXPECT_TRUE(all(page, "//svg").empty()) << "there is nothing to draw";
   MeasuredMeter floor = floor_of(2, 2);

@@ -55,11 +55,18 @@ PlanePoint node_place(const PlaceGrid& grid, double column, double row);
 /// A smooth table, without starts, that is right to a hundred-thousandth of a pixel if 512 cells are enough.
 absl::StatusOr<DistortionTable> table_of_model(const DistortionModel& model, const FilmPlaces& film);
 
-/// The undistorted place that a place of the film sees; beyond the table, that of the next one on it.
-PlanePoint undistorted(const DistortionTable& table, PlanePoint film);
+/// The undistorted place that a place of the film sees, with its slopes; beyond the table, that of the next
+/// one on it.
+PlaceAndSlopes seen_on_film(const DistortionTable& table, PlanePoint film);
+inline PlanePoint undistorted(const DistortionTable& table, PlanePoint film) {
+  return seen_on_film(table, film).place;
+}
 
-/// Adds the places from which the search for the inverse starts. InvalidArgument where the table leads to
-/// places that are not finite, or all to one.
+/// Adds the places from which the search for the inverse starts, and the slopes of footprints.
+/// InvalidArgument where the table leads to places that are not finite, or all to one.
 absl::Status add_starts(DistortionTable& table);
+
+/// Adds the slopes to a table that has starts.
+void add_slopes(DistortionTable& table);
 
 }  // namespace tessera::render

@@ -1,5 +1,4 @@
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -20,7 +19,6 @@ constexpr double kBeyondAll = std::numeric_limits<double>::infinity();
 /// A node: a place of the film, and the undistorted one that it sees.
 struct SeenPlace {
   PlanePoint film, place;
-  int column, row;
 };
 
 /// Nodes of the table: some, so that a large map takes no longer than a small one.
@@ -38,8 +36,7 @@ std::vector<SeenPlace> seen_places(const DistortionTable& table) {
           node_floats * (static_cast<std::size_t>(row) * static_cast<std::size_t>(grid.columns + 1) +
                          static_cast<std::size_t>(column));
       const PlanePoint film = node_place(grid, column, row);
-      seen.push_back(
-          {film, {film.x + double{table.nodes[at]}, film.y + double{table.nodes[at + second]}}, column, row});
+      seen.push_back({film, {film.x + double{table.nodes[at]}, film.y + double{table.nodes[at + second]}}});
     }
   }
   return seen;
@@ -60,41 +57,8 @@ bool span_places(const std::vector<SeenPlace>& seen, PlaceGrid& grid) {
   return true;
 }
 
-/// DistortionTable::slopes at a node: those of the table there, or the differences over the cells next to it.
-std::array<float, 4> slopes_at(const DistortionTable& table, int column, int row) {
-  const PlaceGrid& grid = table.grid;
-  const auto node = [&](int c, int r) {
-    return static_cast<std::size_t>(r) * static_cast<std::size_t>(grid.columns + 1) +
-           static_cast<std::size_t>(c);
-  };
-  std::array<float, 4> by_cell{};  // of the differences: x by columns, by rows; y likewise
-  if (table.smooth) {
-    const float* const at = table.nodes.data() + DistortionTable::kSmoothNode * node(column, row);
-    by_cell = {at[1], at[2], at[5], at[6]};
-  } else {
-    const int left = std::max(column - 1, 0), right = std::min(column + 1, grid.columns),
-              above = std::max(row - 1, 0), below = std::min(row + 1, grid.rows);
-    const auto difference = [&](std::size_t to, std::size_t from, std::size_t component, int cells) {
-      return (table.nodes[2 * to + component] - table.nodes[2 * from + component]) /
-             static_cast<float>(cells);
-    };
-    for (std::size_t c = 0; c < 2; ++c) {
-      by_cell[2 * c] = difference(node(right, row), node(left, row), c, right - left);
-      by_cell[2 * c + 1] = difference(node(column, below), node(column, above), c, below - above);
-    }
-  }
-  return {1 + by_cell[0] * grid.per_x, by_cell[1] * grid.per_y, by_cell[2] * grid.per_x,
-          1 + by_cell[3] * grid.per_y};
-}
-
-/// What the middle of a cell of undistorted places sees.
-struct Start {
-  PlanePoint film;
-  std::array<float, 4> slopes = {1, 0, 0, 1};
-};
-
 /// Fills cells that nothing is seen in with what the next cell has. `open`: those that are filled.
-void spread(std::deque<int> open, std::vector<bool>& filled, std::vector<Start>& starts) {
+void spread(std::deque<int> open, std::vector<bool>& filled, std::vector<PlanePoint>& starts) {
   while (!open.empty()) {
     const int at = open.front(), x = at % kStartCells, y = at / kStartCells;
     open.pop_front();
@@ -118,7 +82,7 @@ absl::Status add_starts(DistortionTable& table) {
   if (!span_places(seen, grid))
     return absl::InvalidArgumentError("camera: its distortion leads to places that are beyond numbers");
   constexpr std::size_t kCells = std::size_t{kStartCells} * kStartCells;
-  std::vector<Start> starts(kCells);
+  std::vector<PlanePoint> starts(kCells);
   // A cell has the node next to its middle.
   std::vector<double> distances(kCells, kBeyondAll);
   std::vector<bool> filled(kCells, false);
@@ -134,14 +98,14 @@ absl::Status add_starts(DistortionTable& table) {
     if (!filled[cell]) open.push_back(row * kStartCells + column);
     filled[cell] = true;
     distances[cell] = distance;
-    starts[cell] = {one.film, slopes_at(table, one.column, one.row)};
+    starts[cell] = one.film;
   }
   spread(std::move(open), filled, starts);
-  for (const Start& start : starts) {
-    table.starts.push_back(static_cast<float>(start.film.x));
-    table.starts.push_back(static_cast<float>(start.film.y));
-    table.slopes.insert(table.slopes.end(), start.slopes.begin(), start.slopes.end());
+  for (const PlanePoint& start : starts) {
+    table.starts.push_back(static_cast<float>(start.x));
+    table.starts.push_back(static_cast<float>(start.y));
   }
+  add_slopes(table);
   return absl::OkStatus();
 }
 
