@@ -65,7 +65,7 @@ class SceneTest(unittest.TestCase):
         lens = scene.message.camera.panorama
         self.assertEqual((lens.focal_distance, lens.aperture.blades, lens.aperture.ratio), (3, 5, 2))
         scene.panorama_camera(np.eye(4))
-        self.assertEqual(lens.lens_radius, 0)
+        self.assertEqual(scene.message.camera.panorama.lens_radius, 0)
         self.assertFalse(scene.message.camera.panorama.HasField("aperture"))
 
     def test_cameras_of_opencv_have_its_matrix_and_coefficients(self) -> None:

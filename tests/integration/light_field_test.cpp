@@ -100,7 +100,7 @@ TEST_F(LightFieldCommand, SaysBeforeItStartsWhatCannotBe) {
                                          "--box", "-0.5,0.1,-0.5,0.5,1.5,0.5", "--grid", "2x2", "--quiet"});
   EXPECT_EQ(cut.status.code, 2) << cut.err;
   EXPECT_THAT(cut.err, HasSubstr("cuts "));
-  EXPECT_THAT(cut.err, HasSubstr("TallBox"));
+  EXPECT_THAT(cut.err, HasSubstr("scene.pbrt:108"));
   EXPECT_THAT(tessera({"lightfield", "view", path("none.lf"), "--at", "0,0,0", "-o", path("x.exr")}).err,
               HasSubstr("there is no light field at"));
 }

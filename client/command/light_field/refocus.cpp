@@ -145,7 +145,7 @@ void add_light_field_refocus(CommandLine& line) {
   add_parsed(command, "--at", options->at, parse_pair, "the aperture's middle, from that of the grid")
       .type_name("X,Y");
   define_picture_computation(command, options->picture);
-  command.example("tessera lightfield refocus box.lf --focus 6.2 --aperture 0.3 --blades 6 -o sharp.exr");
+  command.example("tessera lightfield refocus box.lf --focus 6.2 --aperture 0.3 -o sharp.exr");
   command.example("tessera lightfield refocus box.lf --sweep 24 --range 4,9 -o sweep.####.png");
   command.does([options](Interrupt& interrupt) { return refocus_set(*options, interrupt); });
 }

@@ -1,7 +1,10 @@
 // tessera lightfield view SET -o PICTURE: looks a new picture up.
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <memory>
+#include <numbers>
 #include <optional>
 
 #include "absl/strings/str_format.h"
@@ -23,13 +26,19 @@ struct ViewOptionsOfSet {
   PictureOptions picture;
   std::string camera;
   std::optional<std::array<double, 3>> at, toward, up;
-  double fov = 40;
+  std::optional<double> fov;
   std::optional<Resolution> resolution;
   std::optional<light_field::Interpolation> by;
   std::optional<double> focus;
 };
 
 Imath::V3d to_vector(const std::array<double, 3>& v) { return {v[0], v[1], v[2]}; }
+
+/// Across the shorter side of the set's first view, degrees.
+double field_of_view(const light_field::Manifest& manifest) {
+  const double side = std::min(manifest.width, manifest.height);
+  return 2 * std::atan(side / (2 * manifest.views.front().camera.fx)) * 180 / std::numbers::pi;
+}
 
 /// The camera at --at, or the one of a file.
 absl::StatusOr<v1::Camera> new_camera(const ViewOptionsOfSet& options,
@@ -43,7 +52,8 @@ absl::StatusOr<v1::Camera> new_camera(const ViewOptionsOfSet& options,
   const Imath::V3d up =
       options.up ? to_vector(*options.up) : light_field::transformed_vector(first, {0, 1, 0});
   v1::Camera camera;
-  camera.mutable_perspective()->set_fov_degrees(static_cast<float>(options.fov));
+  camera.mutable_perspective()->set_fov_degrees(
+      static_cast<float>(options.fov.value_or(field_of_view(manifest))));
   for (const double element : light_field::looking(place, toward - place, up, light_field::mirrors(first)))
     camera.mutable_world_from_camera()->add_elements(element);
   return camera;
@@ -101,9 +111,8 @@ void add_light_field_view(CommandLine& line) {
   add_parsed(command, "--up", options->up, parse_triple, "direction that is up in the picture")
       .type_name("X,Y,Z")
       .needs(at);
-  command.add("--fov", options->fov, "across the shorter side, degrees")
+  command.add("--fov", options->fov, "across the shorter side, degrees (default: the views')")
       .in_range(0.01, 175)
-      .with_default()
       .type_name("DEGREES");
   add_parsed(command, "--resolution", options->resolution, parse_resolution,
              "of the picture (default: that of the views)")
@@ -116,7 +125,7 @@ void add_light_field_view(CommandLine& line) {
       .type_name("LENGTH");
   define_picture_computation(command, options->picture);
   command.example("tessera lightfield view box.lf --at 0.1,1,6 --toward 0,1,0 -o new.exr");
-  command.example("tessera lightfield view box.lf --camera wide.textproto --by lumigraph -o new.exr");
+  command.example("tessera lightfield view box.lf --camera wide.textproto --by depth -o new.exr");
   command.does([options](Interrupt&) { return view_set(*options); });
 }
 
