@@ -166,7 +166,9 @@ class CameraExport:
     def _is_around(self) -> bool:
         """Whether eyes go around the camera on circles, which have no lens."""
         render = self._render
-        return self._camera.data.type == "PANO" and render.use_multiview and render.views_format == "STEREO_3D"
+        return bool(
+            self._camera.data.type == "PANO" and render.use_multiview and render.views_format == "STEREO_3D"
+        )
 
     def _is_stereo(self) -> bool:
         if not self._render.use_multiview:
