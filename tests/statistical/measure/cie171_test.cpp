@@ -80,10 +80,14 @@ double over_rectangle(const Point& corner, const Point& edge_u, const Point& edg
                       const std::function<double(const Point&)>& f, int panels = 64) {
   const double nodes[] = {0.5 - std::sqrt(1.0 / 12), 0.5 + std::sqrt(1.0 / 12)};
   double sum = 0;
+  const auto place = [&](int i) {
+    const int panel = i / 2;
+    return (panel + nodes[i % 2]) / panels;
+  };
   for (int i = 0; i < 2 * panels; ++i) {
-    const double u = (i / 2 + nodes[i % 2]) / panels;
+    const double u = place(i);
     for (int k = 0; k < 2 * panels; ++k) {
-      const double v = (k / 2 + nodes[k % 2]) / panels;
+      const double v = place(k);
       Point p = corner;
       for (std::size_t a = 0; a < 3; ++a) p[a] += u * edge_u[a] + v * edge_v[a];
       sum += f(p);

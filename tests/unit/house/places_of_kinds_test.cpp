@@ -39,9 +39,10 @@ const Kind kKinds[] = {
       "worker/render/scene/light/light_builder.h", "worker/render/scene/light/light_amount.cpp",
       "worker/render/scene/light/amounts_of_lights.cpp", "proto/wire/algorithm_fit.cpp",
       "python/tessera/_lights.py"}},
+    // With rays of the client's own, by which it looks new views of light fields up.
     {"sensor",
      {"SphericalCamera", "kOctahedral", "OctahedralSensor"},
-     {"proto/tessera/v1/camera.proto", "python/tessera/_cameras.py",
+     {"client/capture/camera_rays.cpp", "proto/tessera/v1/camera.proto", "python/tessera/_cameras.py",
       "worker/render/scene/view/all_around.cpp", "worker/render/sensor/model/spherical.cpp",
       "worker/render/sensor/sensor_record.h"}},
     {"structure that rays search",
