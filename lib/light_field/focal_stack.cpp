@@ -40,14 +40,15 @@ class Stack {
   void add(std::uint32_t view, float weight) {
     ViewPixels& pixels = field_.pixels(view);
     const Projection& projection = field_.projection(view);
-    const Imath::V3d place = eye_.place() - field_.origin();
+    const Imath::V3f from = projection.homogeneous(Imath::V3f(eye_.place() - field_.origin()));
+    const Imath::V3f origin = projection.homogeneous(Imath::V3f(0));
     for_each_row(height_, options_.threads, [&](std::uint32_t y) {
       for (std::uint32_t x = 0; x < width_; ++x) {
-        const Imath::V3d direction = eye_.direction(x + 0.5, y + 0.5);
+        const Imath::V3f along =
+            projection.homogeneous(Imath::V3f(eye_.direction(x + 0.5, y + 0.5))) - origin;
         for (std::uint32_t plane = 0; plane < options_.planes; ++plane) {
           // The direction's z is 1 along the grid's axis, so that the distance is the ray's parameter.
-          const Imath::V3f p(place + direction / inverse_distance(plane));
-          const Imath::V3f at = projection.homogeneous(p);
+          const Imath::V3f at = from + along / static_cast<float>(inverse_distance(plane));
           Seen seen;
           if (!(at.z > 0) || !pixels.shows(at.x / at.z, at.y / at.z)) continue;
           if (!pixels.look(at.x / at.z, at.y / at.z, seen)) continue;

@@ -1,7 +1,9 @@
 #include "light_field/interpolate.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "light_field/grid_lookup.h"
@@ -77,32 +79,32 @@ class Interpolator {
   /// By the cameras around, of those that `candidates` names.
   bool look_by_cameras(const LocalRay& ray, float guess, const std::vector<std::uint32_t>& candidates,
                        Rgba& rgba) const {
-    const float t = surface_by_camera(ray, closest(ray, ray.at(guess), candidates), guess);
-    const Imath::V3f p = ray.at(t);
+    Ranking ranked = rank(ray, ray.at(guess), candidates);
+    const Imath::V3f p = ray.at(surface_by_camera(ray, ranked.views[0].second, guess));
+    ranked = rank(ray, p, candidates);
     struct Weighed {
       float penalty, fade, agreement;
       Rgba rgba;
     };
-    std::array<Weighed, NearestCameras::kCandidates> found;
+    std::array<Weighed, kCameras> found;
     std::size_t count = 0;
-    for (const std::uint32_t view : candidates) {
+    // Weights go to 0 at the first camera that does not count, so that pictures have no seams.
+    float threshold = 0;
+    for (std::size_t i = 0; i < ranked.count; ++i) {
+      const auto& [penalty, view] = ranked.views[i];
+      if (count == kCameras || penalty > cameras_.limit()) {
+        threshold = penalty;
+        break;
+      }
       Seen there;
       float w = 0, edge = 0;
-      const float penalty = cameras_.penalty(view, ray, p);
-      if (penalty > cameras_.limit() || !look(view, p, there, w, &edge)) continue;
+      if (!look(view, p, there, w, &edge)) continue;
       found[count++] = {penalty, std::min(edge / kFade, 1.0f), agreement(there.inverse_z, w), there.rgba};
     }
-    const auto end = found.begin() + static_cast<std::ptrdiff_t>(count);
-    std::stable_sort(found.begin(), end,
-                     [](const Weighed& a, const Weighed& b) { return a.penalty < b.penalty; });
-    // Weights go to 0 at the first camera that does not count, so that pictures have no seams.
-    const std::size_t used = std::min(count, kCameras);
-    const float threshold = (count > kCameras ? found[kCameras].penalty
-                             : count > 0      ? 1.2f * found[count - 1].penalty
-                                              : 0) +
-                            1e-6f;
+    if (threshold == 0 && count > 0) threshold = 1.2f * found[count - 1].penalty;
+    threshold += 1e-6f;
     Blend all, seen;
-    for (std::size_t i = 0; i < used; ++i) {
+    for (std::size_t i = 0; i < count; ++i) {
       const float weight =
           found[i].fade * std::max(1 - found[i].penalty / threshold, 1e-4f) / (found[i].penalty + 1e-6f);
       all.add(found[i].rgba, weight);
@@ -156,7 +158,7 @@ class Interpolator {
       if (!(place.z > 0) || !pixels.shows(x, y)) return t;
       const float z = 1 / std::max(pixels.inverse_z(x, y), 1 / far_);
       const float next = (z - corners.z) / corners.z_step;
-      const bool is_there = std::abs(next - t) <= 1e-6f * std::abs(next);
+      const bool is_there = std::abs(next - t) <= 1e-5f * std::abs(next);
       t = next;
       if (is_there) break;
     }
@@ -176,15 +178,25 @@ class Interpolator {
       if (!(place.z > 0) || !pixels.shows(x, y)) return t;
       // The point of the ray at the z that the camera sees there.
       const float z = 1 / std::max(pixels.inverse_z(x, y), 1 / far_);
-      t = std::max(t + (z - place.z) / step, 1e-4f);
+      const float next = std::max(t + (z - place.z) / step, 1e-4f);
+      const bool is_there = std::abs(next - t) <= 1e-5f * next;
+      t = next;
+      if (is_there) break;
     }
     return t;
   }
 
-  std::uint32_t closest(const LocalRay& ray, const Imath::V3f& p,
-                        const std::vector<std::uint32_t>& candidates) const {
-    return *std::ranges::min_element(candidates, {},
-                                     [&](std::uint32_t view) { return cameras_.penalty(view, ray, p); });
+  /// Cameras by their penalties for the ray that meets something at `p`, the best first.
+  struct Ranking {
+    std::array<std::pair<float, std::uint32_t>, NearestCameras::kCandidates> views;
+    std::size_t count = 0;
+  };
+  Ranking rank(const LocalRay& ray, const Imath::V3f& p, const std::vector<std::uint32_t>& candidates) const {
+    Ranking ranking;
+    for (const std::uint32_t view : candidates)
+      ranking.views[ranking.count++] = {cameras_.penalty(view, ray, p), view};
+    std::sort(ranking.views.begin(), ranking.views.begin() + static_cast<std::ptrdiff_t>(ranking.count));
+    return ranking;
   }
 
   LightField& field_;

@@ -64,6 +64,7 @@ class ViewPixels {
 
   /// The four pixels about a place; false where one lies in a damaged tile.
   bool find(float x, float y, Footprint& footprint);
+  float mean_inverse_z(const Footprint& at) const;
   bool ensure(std::uint32_t column, std::uint32_t row) {
     const State state = static_cast<State>(states_[row * columns_ + column].load(std::memory_order_acquire));
     return state == kThere || (state == kAbsent && read(column, row));

@@ -35,9 +35,8 @@ float NearestCameras::penalty(std::uint32_t view, const LocalRay& ray, const Ima
   const Imath::V3f to_camera = places_[view] - p, to_eye = ray.origin - p;
   const float camera = to_camera.length(), eye = to_eye.length();
   const float product = std::max(camera * eye, std::numeric_limits<float>::min());
-  // The angle by its tangent half: near 0, an arc cosine would lose it.
-  const float across = to_camera.cross(to_eye).length(), along = to_camera.dot(to_eye);
-  const float angle = std::atan2(across, along);
+  const float sine = to_camera.cross(to_eye).length() / product;
+  const float angle = to_camera.dot(to_eye) > 0 ? sine : 2 - sine;
   return angle + kResolutionShare * std::max(0.0f, camera - eye) * camera / product;
 }
 

@@ -15,8 +15,9 @@ class NearestCameras {
   /// Cameras worth weighing for rays near `ray`, which meets something at `p`: the best by penalty, at most
   /// kCandidates, in the order of their numbers.
   void candidates(const LocalRay& ray, const Imath::V3f& p, std::vector<std::uint32_t>& views) const;
-  /// How far a camera's ray to `p` is from the eye's, in radians, with the loss of resolution where it stands
-  /// farther off [Buehler et al. 2001, section 4.2]. `eye`: distance from the ray's origin to `p`.
+  /// How far a camera's ray to `p` is from the eye's, as the sine of the angle (beyond 90 degrees, 2 less
+  /// it), with the loss of resolution where it stands farther off [Buehler et al. 2001, section 4.2]. `eye`:
+  /// distance from the ray's origin to `p`.
   float penalty(std::uint32_t view, const LocalRay& ray, const Imath::V3f& p) const;
   /// Rays farther than this from those of all cameras are missing.
   float limit() const { return limit_; }

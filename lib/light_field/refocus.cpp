@@ -1,6 +1,7 @@
 #include "light_field/refocus.h"
 
 #include <cmath>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "light_field/row_work.h"
@@ -78,18 +79,21 @@ absl::StatusOr<Picture> refocus(LightField& field, const Aperture& aperture, con
   Picture picture{.width = manifest.width, .height = manifest.height, .pixels = {}, .known = {}};
   picture.pixels.resize(std::size_t{picture.width} * picture.height);
   picture.known.resize(picture.pixels.size());  // the sum of weights, to begin with
+  std::vector<Imath::V3f> focused(picture.pixels.size(), Imath::V3f(NAN));
+  for_each_row(picture.height, threads, [&](std::uint32_t y) {
+    for (std::uint32_t x = 0; x < picture.width; ++x)
+      static_cast<void>(points.find(x, y, focused[std::size_t{y} * picture.width + x]));
+  });
   for (const auto& [view, weight] : *weights) {
     ViewPixels& pixels = field.pixels(view);
     const Projection& projection = field.projection(view);
     for_each_row(picture.height, threads, [&, w = weight](std::uint32_t y) {
       for (std::uint32_t x = 0; x < picture.width; ++x) {
-        Imath::V3f p;
+        const std::size_t pixel = std::size_t{y} * picture.width + x;
         Seen seen;
-        if (!points.find(x, y, p)) continue;
-        const Imath::V3f at = projection.homogeneous(p);
+        const Imath::V3f at = projection.homogeneous(focused[pixel]);
         if (!(at.z > 0) || !pixels.shows(at.x / at.z, at.y / at.z)) continue;
         if (!pixels.look(at.x / at.z, at.y / at.z, seen)) continue;
-        const std::size_t pixel = std::size_t{y} * picture.width + x;
         picture.pixels[pixel] += w * seen.rgba;
         picture.known[pixel] += w;
       }
