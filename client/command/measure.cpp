@@ -27,7 +27,6 @@
 #include "measure/sky_series.h"
 #include "wire/algorithm.h"
 #include "wire/algorithm_fit.h"
-#include "wire/scene_views.h"
 
 namespace tessera::client {
 namespace {
@@ -149,8 +148,6 @@ int SceneMeter::prepare() {
   auto plan = plan_of(file_, *scene_);
   if (!plan.ok()) return report(kUsage, std::string{plan.status().message()});
   plan_.emplace(*std::move(plan));
-  if (!imported_.scene.has_render_origin())
-    *imported_.scene.mutable_render_origin() = wire::camera_place(imported_.scene);
   ProbeJobOptions how{
       .job = options_.scene.job,
       .name = absl::StrCat("measure ", std::filesystem::path(options_.scene.scene).stem().string()),

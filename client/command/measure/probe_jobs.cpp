@@ -20,6 +20,7 @@
 #include "local/scene_check.h"
 #include "photometry/units/weighting.h"
 #include "wire/digest.h"
+#include "wire/scene_views.h"
 
 namespace tessera::client {
 
@@ -111,7 +112,11 @@ absl::StatusOr<std::vector<ChannelValues>> pixels_of(const Image& image, bool is
 
 ProbeJobs::ProbeJobs(ImportedScene& scene, ProbeJobOptions options)
     : scene_(scene), options_(std::move(options)) {
-  v1::RenderSettings& own = *scene_.scene.mutable_settings();
+  v1::Scene& message = scene_.scene;
+  // Media around probes are told from the origin, where the camera's own is known.
+  if (!message.camera().has_probes() && (!message.has_render_origin() || message.media_size() > 0))
+    *message.mutable_render_origin() = wire::camera_place(message);
+  v1::RenderSettings& own = *message.mutable_settings();
   own.clear_noise(), own.clear_layers(), own.clear_film(), own.clear_sensor(), own.clear_white_balance();
   if (!options_.job.settings.has_max_depth()) own.set_max_depth(kMaxDepth);
 }
@@ -144,7 +149,9 @@ absl::StatusOr<ProbePicture> ProbeJobs::render(const ProbeJob& job) {
 
 absl::StatusOr<std::vector<double>> ProbeJobs::render(const PictureJob& job) {
   set_film(job.width, job.height, 0.5f, scene_.scene);
+  const std::string medium = scene_.scene.camera().medium();
   *scene_.scene.mutable_camera() = job.camera;
+  scene_.scene.mutable_camera()->set_medium(medium);
   scene_.scene.clear_views();
   ProbeJob sampled;
   sampled.spp = job.spp, sampled.seed = job.seed;

@@ -135,6 +135,19 @@ TEST(BidirectionalProbes, ReadFog) {
   }
 }
 
+TEST(BidirectionalProbes, ReadFromWithinACloud) {
+  // All points are in it, the camera and the lamps are not.
+  const char* const cloud = R"(
+    media { name: 'cloud' extinction { constant { rgb { r: 3 g: 4 b: 5 } } }
+            albedo { constant { rgb { r: 0.8 g: 0.8 b: 0.8 } } } }
+    materials { name: 'open' interface {} }
+    shapes { sphere { radius: 0.3 } material: 'open' interior_medium: 'cloud'
+             world_from_object { elements: [1,0,0,-0.4, 0,1,0,0.1, 0,0,1,0, 0,0,0,1] } } )";
+  for (const char* const lamp : {kLampOfDisk, kLampAtPoint})
+    expect_same(
+        {.scene = absl::StrCat(kBallOnFloor, lamp, cloud), .meters = all_kinds(), .other = "volpath"});
+}
+
 TEST(BidirectionalProbes, ReadCausticsOfPointsOnSurfaces) {
   // A floor of reflectance 1/2 sends back half of what reaches it, with a caustic that path tracing never
   // finds.

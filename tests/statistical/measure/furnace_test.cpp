@@ -135,6 +135,58 @@ TEST(Rays, FogTakesAPartThatFollowsLambertAndBeer) {
   expect_agreement({test});
 }
 
+/// A ball of smoke that takes light and scatters none, 1 m in radius and of extinction 1 about `middle`,
+/// whose border bends no light.
+std::string ball_of_smoke(const Point& middle) {
+  return absl::StrCat("media { name: 'smoke' extinction { constant { ", grey(1), " } } albedo { constant { ",
+                      grey(0), " } } } materials { name: 'open' interface {} } ",
+                      sphere_text(1, middle, "interior_medium: 'smoke' ", "open"));
+}
+
+TEST(Rays, MetersAreInTheMediumAtTheirPlace) {
+  const std::string sky = "lights { infinite { radiance { " + grey(1) + " } } } ";
+  const auto left_after = [](double metres) { return forms::transmittance(1, metres); };
+  // The camera, at the origin, is outside.
+  MeasuredCase within{.name = "meters in smoke",
+                      .scene = ball_of_smoke({5, 0, 0}) + sky,
+                      .algorithm = "volpath",
+                      .largest_error = 0.02};
+  const std::string middle = point_at({5, 0, 0}, {0.6, 0, 0.8});
+  within.meters = irradiance_meter("plane", middle) + irradiance_meter("all around", middle, "SPHERE") +
+                  ray_meter("out of it", {5.5, 0, 0}, {9, 0, 0}) +
+                  ray_meter("through it", {5.5, 0, 0}, {4, 0, 0}) +
+                  ray_meter("across", {2, 0, 0}, {9, 0, 0}) + ray_meter("aside", {2, 0, 0}, {2, 1, 0});
+  within.truths = {forms::kPi * left_after(1),
+                   4 * forms::kPi * left_after(1),
+                   left_after(0.5),
+                   left_after(1.5),
+                   left_after(2),
+                   1};
+  // The camera is in it, and most meters are not.
+  MeasuredCase around{.name = "camera in smoke",
+                      .scene = ball_of_smoke({0, 0, 0}) + sky,
+                      .algorithm = "volpath",
+                      .medium = "smoke",
+                      .largest_error = 0.02};
+  around.meters = ray_meter("out of it", {0, 0, 0}, {9, 0, 0}) + ray_meter("aside", {3, 0, 0}, {3, 1, 0}) +
+                  ray_meter("across", {3, 0, 0}, {-9, 0, 0});
+  around.truths = {left_after(1), 1, left_after(2)};
+  // A lamp within, whose light is sampled at the meters.
+  MeasuredCase lamp{.name = "lamp in smoke",
+                    .scene = ball_of_smoke({5, 0, 0}) + "lights { point { position { x: 5 } intensity { " +
+                             grey(2) + " } } } ",
+                    .algorithm = "volpath",
+                    .rounding = kMargin,
+                    .largest_error = 0.02};
+  lamp.meters = irradiance_meter("far", point_at({8, 0, 0}, {-1, 0, 0})) +
+                irradiance_meter("near", point_at({5.5, 0, 0}, {-1, 0, 0}));
+  lamp.truths = {2 * left_after(1) / 9, 2 * left_after(0.5) / 0.25};
+  for (const char* const algorithm : {"volpath", "bdpt"}) {
+    for (MeasuredCase* const test : {&within, &around, &lamp}) test->algorithm = algorithm;
+    expect_agreement({within, around, lamp});
+  }
+}
+
 /// Reflectance of one face of glass, of unpolarised light [Fresnel 1823].
 double face_reflectance(double cosine) {
   const double inner = std::sqrt(1 - (1 - cosine * cosine) / (kGlass * kGlass));

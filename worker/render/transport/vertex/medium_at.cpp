@@ -10,10 +10,13 @@
 namespace tessera::render::TESSERA_ISA {
 
 WideConnection way_from_sensor(const SceneTables& scene, Vec3 point, Float time, Int slot) {
-  SensorSample middle = middle_sample(middle_of_raster(scene.sensor));
-  middle.time = time;
   WideConnection way{};
-  way.origin = start_ray(scene.sensor, middle).origin;
+  way.origin = {Float(0.0f), Float(0.0f), Float(0.0f)};
+  if (!scene.sensor.probes) {
+    SensorSample middle = middle_sample(middle_of_raster(scene.sensor));
+    middle.time = time;
+    way.origin = start_ray(scene.sensor, middle).origin;
+  }
   const Vec3 to = point - way.origin;
   way.distance = length(to);
   way.direction = to * (1.0f / max(way.distance, 1e-30f));

@@ -6,7 +6,8 @@
 
 namespace tessera::render::TESSERA_ISA {
 
-/// A straight way from the sensor, whose medium is known, to `point`.
+/// A straight way from the sensor, whose medium is known, to `point`. Probes are wherever they are: they have
+/// that of the scene's camera, whose place is the origin.
 WideConnection way_from_sensor(const SceneTables& scene, Vec3 point, Float time, Int slot);
 
 /// Walks all ways of the queue to their ends, through whatever is in between, and sets media[slot] to the

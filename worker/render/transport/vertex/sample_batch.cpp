@@ -99,6 +99,7 @@ bool SampleBatch::start(SampleSource& source, PathState& paths, int most, const 
 
     WidePath path = start_at_sensor(scene_, {raster, lens, exposure.time}, wavelengths, Int::iota(slot));
     path.layer_state = state_at_eye(scene_);
+    if (probe_media_) probe_media_->enter(path, Mask::first(size_ - slot));
     if (scene_.sensor.probes && probe_light != nullptr)
       append_probe_light(scene_, px, py, sampler, key.pixel, Mask::first(size_ - slot), path, *probe_light);
     store(scene_, path, paths, slot);

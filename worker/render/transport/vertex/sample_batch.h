@@ -15,6 +15,7 @@
 #include "render/transport/vertex/layer_sums.h"
 #include "render/transport/vertex/pass_share.h"
 #include "render/transport/vertex/path_state.h"
+#include "render/transport/vertex/probe_media.h"
 #include "render/transport/vertex/sample_keys.h"
 #include "render/transport/vertex/vertex.h"
 
@@ -35,6 +36,7 @@ class SampleBatch {
         rays_(context.rays),
         sampler_seed_(context.seed),
         stats_(context.stats),
+        probe_media_(make_probe_media(context)),
         layers_(static_cast<std::size_t>(context.scene.layers.count)) {
     if (FirstHits::are_wanted(scene_.aovs)) first_hits_ = std::make_unique<FirstHits>(scene_);
   }
@@ -150,6 +152,7 @@ class SampleBatch {
   const RayQuery& rays_;
   const std::uint64_t sampler_seed_;
   RenderStats& stats_;
+  const std::unique_ptr<ProbeMedia> probe_media_;  // may be none
   int size_ = 0;
   SampleName names_[kPadded] = {};
   SampleKeys keys_;
