@@ -17,12 +17,12 @@ using light_field::ImageWindow;
 using light_field::Matrix4;
 using light_field::Pinhole;
 
-/// What is in view is in view with a border.
+/// Leaves a border about all that is in view.
 constexpr double kMargin = 1.02;
 /// Windows of cameras on the faces of a box end at this tangent.
 constexpr double kWidestTangent = 16;
 constexpr double kOutwardDegrees = 110;
-/// Of a set: as many as a grid of 65 x 65.
+/// The most views of a set: as many as a grid of 65 x 65.
 constexpr std::uint64_t kMostCameras = 65 * 65 * 6;
 
 double tangent(double fov_degrees) { return std::tan(fov_degrees * std::numbers::pi / 360); }
@@ -137,7 +137,7 @@ absl::Status check_cuts(const Imath::Box3d& box, const SceneBounds& bounds) {
       more > 0 ? absl::StrCat("; and ", more, " more") : "", ": it has to be larger, or without them"));
 }
 
-/// What of the scene lies in a box.
+/// Tells which parts of the scene lie in a box.
 Imath::Box3d bounds_within(const Imath::Box3d& box, const SceneBounds& bounds) {
   Imath::Box3d inner;
   for (const auto& [name, shape] : bounds.shapes) {

@@ -78,7 +78,7 @@ Uprightness uprightness_of(const v1::Camera& camera);
 /// lenses, distortion and clipping do not.
 void set_cameras(const std::vector<light_field::Pinhole>& cameras, const ViewSize& size, v1::Scene& scene);
 
-/// What a capture takes, in bytes: on disk at most, and of memory while it is rendered.
+/// Bytes that a capture takes: on disk at most, and of memory while it is rendered.
 struct CaptureSize {
   std::uint64_t pixels = 0, disk = 0, memory = 0;
 };

@@ -19,7 +19,7 @@ inline constexpr std::uint64_t kTrialsThatPay = 16;
 /// all integrators.
 std::vector<std::vector<std::size_t>> cells_of_meters(const MeasurePlan& plan);
 
-/// What an integrator has read of cells, kFirstPixels pixels each.
+/// Readings of cells by an integrator, kFirstPixels pixels each.
 struct Trial {
   SampledCells sampled;  // without pixels where it does not read the cell
   double rays_per_pixel = 1;

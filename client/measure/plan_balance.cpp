@@ -31,7 +31,7 @@ absl::StatusOr<std::vector<ReceiverPlace>> sides_of(const PlacedThing& thing, co
   return sides;
 }
 
-/// What is absorbed where it is not read, in words. `things`: those that are not read, and why.
+/// Tells in words where light is absorbed that nothing reads. `things`: those that are not read, and why.
 std::string not_read(bool in_media, const std::vector<std::string>& things) {
   constexpr std::size_t kMostNamed = 3;
   std::vector<std::string> where;
@@ -52,7 +52,7 @@ absl::Status Planner::add_energy_balance() {
     if (medium.has_emission())
       return fault(absl::StrCat("medium '", medium.name(), "' glows: what media emit is not told"));
   }
-  // What leaves the scene is scattered back to it, or absorbed on its way.
+  // Light that leaves the scene is scattered back to it, or absorbed on its way.
   if (!scene.camera().medium().empty())
     return fault(absl::StrCat("the camera is in medium '", scene.camera().medium(),
                               "', which may have no end: the balance is of what is within a ball"));

@@ -290,7 +290,7 @@ absl::StatusOr<SampledCells> CellSampler::run() {
   for (int round = 0; round < kMostRounds; ++round) {
     if (absl::Status s = run_round(wanted); !s.ok()) return s;
     bool is_done = true;
-    // What was read for a choice is gone: a round follows it whatever the time.
+    // Readings for a choice are gone: a round follows it whatever the time.
     const bool chooses_now = round == 0 && chooses && !sampled_.stopped && !time_is_up();
     if (chooses_now) {
       auto next = choose(pixels);

@@ -9,7 +9,7 @@
 namespace tessera::light_field {
 namespace {
 
-/// What the views see of a pixel at one plane: sums over views.
+/// Light that the views see of a pixel at one plane: sums over views.
 struct Agreement {
   Rgba sum{};
   float squares = 0, weight = 0;

@@ -51,7 +51,7 @@ class Interpolator {
     return {Imath::V3f(ray.origin - field_.origin()), Imath::V3f(ray.direction.normalized())};
   }
 
-  /// By the grid that the ray crosses.
+  /// Looks up by the grid that the ray crosses.
   bool look_by_grid(const LocalRay& ray, Rgba& rgba) const {
     Corners corners;
     const GridLookup* grid = nullptr;
@@ -76,7 +76,7 @@ class Interpolator {
     return finish(seen.weight > 1e-3f ? seen : all, rgba);
   }
 
-  /// By the cameras around, of those that `candidates` names.
+  /// Looks up by the cameras around, of those that `candidates` names.
   bool look_by_cameras(const LocalRay& ray, float guess, const std::vector<std::uint32_t>& candidates,
                        Rgba& rgba) const {
     Ranking ranked = rank(ray, ray.at(guess), candidates);
@@ -118,8 +118,8 @@ class Interpolator {
   const NearestCameras& cameras() const { return cameras_; }
 
  private:
-  /// What a view sees of a point; `w` is the point's z in its space, `edge` how many pixels away the view
-  /// ends.
+  /// Light that a view sees of a point; `w` is the point's z in its space, `edge` how many pixels away the
+  /// view ends.
   bool look(std::uint32_t view, const Imath::V3f& p, Seen& seen, float& w, float* edge = nullptr) const {
     const Imath::V3f place = field_.projection(view).homogeneous(p);
     if (!(place.z > 0)) return false;

@@ -27,7 +27,7 @@ struct Damage {
   std::string text() const;
 };
 
-/// What a view shows at a place: the mean of four pixels, weighted as linear interpolation does.
+/// Light that a view shows at a place: the mean of four pixels, weighted as linear interpolation does.
 struct Seen {
   Rgba rgba;
   float inverse_z;  // 1 / z in camera space, 0 where nothing was met
@@ -40,7 +40,7 @@ class ViewPixels {
 
   /// Whether a place lies in the picture. Pixels from the upper left corner.
   bool shows(float x, float y) const { return x >= 0 && y >= 0 && x <= width_ && y <= height_; }
-  /// What is seen at a place that the view shows; false where its tile is damaged.
+  /// Reads a place that the view shows; false where its tile is damaged.
   bool look(float x, float y, Seen& seen);
   /// The inverse z alone. 0 where its tile is damaged.
   float inverse_z(float x, float y);
@@ -96,7 +96,7 @@ class LightField {
   std::uint32_t view_count() const { return static_cast<std::uint32_t>(manifest_.views.size()); }
   ViewPixels& pixels(std::uint32_t view) { return *pixels_[view]; }
   const Projection& projection(std::uint32_t view) const { return projections_[view]; }
-  /// What projections measure from, world space.
+  /// The point that projections measure from, world space.
   const Imath::V3d& origin() const { return origin_; }
   /// Damaged tiles that were met so far.
   std::vector<Damage> damage() const;

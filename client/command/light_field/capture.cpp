@@ -31,7 +31,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the distance to the focal plane: the width of grids, where none is given.
+/// The width of grids where none is given, as a part of the distance to the focal plane.
 constexpr double kUsualBaseline = 0.2;
 
 struct CaptureOptions {
@@ -115,7 +115,7 @@ absl::StatusOr<CapturePlan> make_plan(const CaptureOptions& options, const v1::C
   return plan_box(request, *around, upright, options.fov, size);
 }
 
-/// What is free on the disk that the set will be on.
+/// Free bytes of the disk that the set will be on.
 std::uint64_t free_bytes(const std::string& folder) {
   std::error_code error;
   fs::path path = fs::absolute(folder, error);

@@ -12,7 +12,7 @@
 
 namespace tessera::client {
 
-/// What `view`, `refocus` and `export` share.
+/// Options that `view`, `refocus` and `export` share.
 struct PictureOptions {
   std::string set, output;
   int threads = 1;

@@ -1,4 +1,4 @@
-// What `tessera measure` writes: tables, pages, maps and lamps.
+// Files that `tessera measure` writes: tables, pages, maps and lamps.
 #pragma once
 
 #include <string>

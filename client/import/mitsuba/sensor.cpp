@@ -107,7 +107,7 @@ void write_sampler(Context& context, Object* sampler) {
   settings.set_spp(static_cast<std::uint32_t>(samples));
 }
 
-/// What a sensor has besides its camera: sampler, film, response and shutter.
+/// All that a sensor has besides its camera: sampler, film, response and shutter.
 FilmWindow write_exposure(Context& context, PropertyReader& reader) {
   write_sampler(context, reader.child("sampler"));
   Object* const film_object = reader.child("film");

@@ -299,7 +299,7 @@ class Report {
   Intervals intervals_;
 };
 
-/// What is to be said of all steps: the worst error, all time, and warnings with their steps.
+/// Tells of all steps: the worst error, all time, and warnings with their steps.
 Measured overview_of(const MeasuredSeries& series) {
   Measured whole;
   if (series.steps.empty()) return whole;

@@ -46,7 +46,7 @@ ValueGrid errors_of(const MeasuredMeter& meter, const MeasuredPlane& plane) {
 
 namespace {
 
-/// Of so many readings from `first` on, weighed by `area(i)`.
+/// Sums up so many readings from `first` on, weighed by `area(i)`.
 template <class Area>
 PlaneSummary summary_from(const MeasuredMeter& meter, std::size_t first, std::size_t count, Area&& area) {
   PlaneSummary summary;

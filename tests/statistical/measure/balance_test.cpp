@@ -128,7 +128,7 @@ TEST(Balance, OfMedia) {
   const double left = forms::transmittance(1, 1);
   expect_balance(medium_of_albedo(0) + ball_of("mist", {5, 0, 0}) + lamp, kLampFlux * (1 - left),
                  "emitted, escaped, absorbed elsewhere", look, "volpath");
-  // What only scatters takes nothing, over a floor that does.
+  // A medium that only scatters takes nothing, over a floor that does.
   expect_balance(
       medium_of_albedo(1) + ball_of("mist", {5, 0, 0}) + lamp + diffuse("paint", 0.5) +
           shape_text("disk { radius: 2 }", "name: 'floor' " + placed({5, 0, -1.5}, {0, 0, 1}), "paint"),

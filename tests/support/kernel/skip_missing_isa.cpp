@@ -12,7 +12,7 @@
 
 namespace {
 
-/// As tessera::test::note_skip() does.
+/// Does what tessera::test::note_skip() does.
 void note_skip(const char* program) {
   const char* const path = getenv("TESSERA_SKIPS");
   if (path == nullptr) return;

@@ -23,7 +23,7 @@ using light_field::Manifest;
 using light_field::Pinhole;
 using light_field::Ray;
 
-/// What a ray sees: the mean of red; green and blue are half and a quarter of it. Distance 0: nothing.
+/// Light along a ray: the mean of red; green and blue are half and a quarter of it. Distance 0: nothing.
 struct Shade {
   double red = 0, distance = 0;
 };

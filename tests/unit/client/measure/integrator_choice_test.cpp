@@ -80,7 +80,7 @@ TEST(IntegratorChoice, EachMeterHasTheOneOfLeastVarianceTimesRays) {
     meters.pixels.clear(), meters.seeds.clear();
     const SampledCells sampled = meters.sample(plan, {.error = 0.005, .seed = seed, .integrators = kTwo});
     ASSERT_EQ(sampled.integrator_of_meter, (std::vector<std::size_t>{1, 0}));
-    // What was read for the choice is in no mean: 16 pixels by each.
+    // Readings for the choice are in no mean: 16 pixels by each.
     EXPECT_EQ(sampled.cells[0].pixels(), meters.pixels["bdpt"][0] - 16);
     EXPECT_EQ(meters.pixels["path"][0], 16u);
     EXPECT_EQ(meters.pixels["bdpt"][1], 16u);
@@ -133,7 +133,7 @@ TEST(IntegratorChoice, LeavesOutWhatFindsLessLightOrRestsOnOnePixel) {
         meters.sample(plan, {.error = 0.01, .seed = seed, .integrators = {"path", "bdpt", "light"}});
     EXPECT_EQ(sampled.integrator_of_meter, (std::vector<std::size_t>{0, 0})) << seed;
   }
-  // What only one finds, it has to find.
+  // Light that only one finds, it has to find.
   MadeUpMeters caustic{{{"path", {spread(1, 0.3)}}, {"bdpt", {spread(10, 4)}}}};
   EXPECT_EQ(caustic.sample(caustic.plan(), {.error = 0.01, .integrators = kTwo}).integrator_of_meter,
             std::vector<std::size_t>{1});

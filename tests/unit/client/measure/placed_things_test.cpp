@@ -1,4 +1,4 @@
-// What stands in a scene, shape by shape and instance by instance.
+// Things that stand in a scene, shape by shape and instance by instance.
 #include "measure/placed_things.h"
 
 #include <gmock/gmock.h>

@@ -143,7 +143,7 @@ TEST_F(InstanceBuilderTest, ManyMeshesThatMoveHaveKeys) {
                 "shapes { mesh { blob { digest: 'triangle' } } motion { time: 1 turn { axis { z: 1 } "
                 "degrees: 90 } } }")),
             absl::OkStatus());
-  // What emits light and what many steps follow are objects.
+  // Lamps and meshes that many steps follow are objects.
   EXPECT_EQ(table_.instances.size(), 2u);
   ASSERT_EQ(table_.world_shape_count, 9);
   for (std::size_t i = 0; i < 8; ++i) {

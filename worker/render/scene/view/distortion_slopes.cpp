@@ -14,7 +14,7 @@ namespace tessera::render {
 
 namespace {
 
-/// Of x by x and y, of y by x and y.
+/// Derivatives of x by x and y, and of y by x and y.
 using Slopes = std::array<double, 4>;
 
 /// The place of the table's film that sees an undistorted one, by Newton's method. Nothing where none does.
