@@ -1,5 +1,6 @@
-// Meters of light that leaves: intensity and flux.
+// Meters of light that leaves: intensity, flux, and the balance of all flux.
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <optional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "base/nearest_name.h"
 #include "measure/planner.h"
+#include "measure/surfaces.h"
 #include "photometry/units/light_unit.h"
 
 namespace tessera::client {
@@ -215,6 +217,63 @@ absl::Status Planner::add_flux(const v1::FluxMeter& meter) {
     }
     return absl::OkStatus();
   });
+}
+
+absl::Status Planner::add_energy_balance() {
+  const double square = square_metres();
+  factor_ *= square;
+  const v1::Scene& scene = scene_.imported.scene;
+  PlannedMeter& meter = plan_.meters.back();
+  if (scene.instances_size() > 0 || scene.has_packed_instances())
+    return fault("the balance is of scenes whose shapes are placed one by one: this one has instances");
+  if (scene.media_size() > 0) return fault("the balance is of scenes without media, which absorb light too");
+  PlannedReading emitted = add_reading("emitted"), escaped = add_reading("escaped"),
+                 residual = add_reading("residual");
+  meter.readings.clear();
+  const auto take = [&](const ReceiverPlace& place, v1::Probe::Kind kind, double sign, PlannedReading& to,
+                        double in_residual, ReadLight light) {
+    const std::size_t cell = add_probe(place, kind, light);
+    to.terms.push_back({cell, sign * factor_ * place.area, channel_});
+    residual.terms.push_back({cell, in_residual * sign * factor_ * place.area, channel_});
+  };
+  // Light that comes in from infinity, and that of lamps without a surface, is what crosses a ball around the
+  // scene where it is scattered nowhere; what things in its way take is theirs.
+  const auto outside = hull(false), inside = hull(true);
+  if (!outside.ok()) return outside.status();
+  take(*outside, v1::Probe::PLANE, 1, emitted, 1, ReadLight::kStraight);
+  take(*inside, v1::Probe::PLANE, 1, escaped, -1, ReadLight::kAll);
+  for (const v1::Light& light : scene.lights()) {
+    if (light.has_infinite() || light.has_distant() || light.has_sky()) continue;
+    const auto lamp = flux_of_lamp(light, square);
+    if (!lamp.ok()) return lamp.status();
+    const double flux = *lamp * factor_;
+    emitted.constant += flux, residual.constant += flux;
+  }
+  std::vector<PlannedReading> absorbed;
+  for (const v1::Shape& shape : scene.shapes()) {
+    const std::string name =
+        shape.name().empty() ? absl::StrCat("shape ", &shape - &scene.shapes(0) + 1) : shape.name();
+    PlannedReading& taken = absorbed.emplace_back();
+    taken.label = absl::StrCat("absorbed by ", name);
+    taken.position = V3d(std::numeric_limits<double>::quiet_NaN());
+    for (const bool back : {false, true}) {
+      const auto place = surface_of(shape, scene_.imported, back);
+      if (!place.ok()) return fault(absl::StrCat("shape '", name, "': ", place.status().message()));
+      take(*place, v1::Probe::PLANE, 1, taken, -1, ReadLight::kAll);
+      take(*place, v1::Probe::EXITANCE, -1, taken, -1, ReadLight::kAll);
+      if (!shape.has_area_light()) continue;
+      // Own light is emitted, and no part of what was not absorbed.
+      const std::size_t own = add_probe(*place, v1::Probe::EXITANCE, ReadLight::kStraight);
+      const double factor = factor_ * place->area;
+      emitted.terms.push_back({own, factor, channel_});
+      taken.terms.push_back({own, factor, channel_});
+    }
+  }
+  meter.readings.push_back(std::move(emitted));
+  for (PlannedReading& taken : absorbed) meter.readings.push_back(std::move(taken));
+  meter.readings.push_back(std::move(escaped));
+  meter.readings.push_back(std::move(residual));
+  return absl::OkStatus();
 }
 
 }  // namespace tessera::client

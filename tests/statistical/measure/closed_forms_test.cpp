@@ -241,5 +241,31 @@ TEST(Measure, WeighsWavelengths) {
        .rounding = 1e-3});
 }
 
+TEST(Measure, BalancesEnergy) {
+  // Light that a lamp over a floor emits is absorbed by floor and lamp, or escapes.
+  const std::string scene =
+      std::string(kPoint) + kSky + emitting_disk(0.5, 1) +
+      "materials { name: 'paint' diffuse { reflectance { constant { rgb { r: 0.7 g: 0.7 b: "
+      "0.7 } } } } } shapes { disk { radius: 2 } material: 'paint' name: 'floor' } ";
+  double chi_square = 0;
+  const std::vector<std::uint64_t> seeds = {1, 1001, 2001, 3001};
+  for (const std::uint64_t seed : seeds) {
+    const auto measured = measure_text({.scene = scene_with(scene),
+                                        .meters = "meters { name: 'all' unit: 'W' energy_balance {} }",
+                                        .samples = 1 << 15,
+                                        .seed = seed});
+    ASSERT_TRUE(measured.ok()) << measured.status();
+    const std::vector<client::Reading>& readings = measured->meters.front().readings;
+    ASSERT_EQ(readings.size(), 6u);  // emitted, three shapes, escaped, residual
+    const client::Figure &emitted = readings.front().figure, &residual = readings.back().figure;
+    EXPECT_GT(emitted.value, 12 * kPi + kPi * kPi / 4);
+    EXPECT_LT(residual.standard_error, 0.01 * emitted.value);
+    const double z = residual.value / residual.standard_error;
+    chi_square += z * z;
+  }
+  // Four squares of standard normal variables exceed 23.5 once in 10,000 times.
+  EXPECT_LT(chi_square, 23.5);
+}
+
 }  // namespace
 }  // namespace tessera::test
