@@ -12,7 +12,6 @@
 #include "measure/measured.h"
 #include "measure/weather_file.h"
 #include "photometry/sky/cie_sky.h"
-#include "photometry/sun/sun_position.h"
 #include "wire/sky_light.h"
 
 namespace tessera::client {
@@ -35,33 +34,14 @@ absl::StatusOr<int> only_sky(const v1::Scene& scene) {
                           : absl::StrCat("the scene has ", skies, " `sky` lights: it replaces one"));
 }
 
-/// NaN where the light does not say where the sun is.
-absl::StatusOr<double> sun_altitude_of(const v1::SkyLight& sky) {
-  if (sky.has_toward_sun()) {
-    const v1::Point3& sun = sky.toward_sun();
-    return photometry::altitude_degrees(
-        wire::horizon_of(sky).horizon_from_world({sun.x(), sun.y(), sun.z()}));
-  }
-  if (!sky.has_when()) return std::numeric_limits<double>::quiet_NaN();
-  const v1::SkyLight::PlaceAndTime& when = sky.when();
-  const photometry::Place place{when.latitude_degrees(), when.longitude_degrees()};
-  const photometry::ClockTime time{.year = when.year(),
-                                   .month = static_cast<int>(std::min(when.month(), 99u)),
-                                   .day = static_cast<int>(std::min(when.day(), 99u)),
-                                   .hour = when.hour(),
-                                   .utc_offset_hours = when.utc_offset_hours()};
-  if (absl::Status s = photometry::check_place(place); !s.ok()) return s;
-  if (absl::Status s = photometry::check_time(time); !s.ok()) return s;
-  return photometry::sun_position(place, time).altitude_degrees;
-}
-
 /// Adds a step, of a black sky where the sun is down.
 absl::Status add_step(double value, std::string word, v1::SkyLight sky, SkySteps& series) {
-  const auto altitude = sun_altitude_of(sky);
-  if (!altitude.ok()) return altitude.status();
+  const auto sun = wire::sun_altitude_degrees(sky);
+  if (!sun.ok()) return sun.status();
+  const double altitude = sun->value_or(std::numeric_limits<double>::quiet_NaN());
   SkyStep step{
-      .value = value, .word = std::move(word), .sun_altitude_degrees = *altitude, .sky = std::move(sky)};
-  if (*altitude <= 0) {
+      .value = value, .word = std::move(word), .sun_altitude_degrees = altitude, .sky = std::move(sky)};
+  if (altitude <= 0) {
     step.word = kNightWord;
     step.sky.mutable_perez()->Clear();
     step.sky.clear_diffuse_horizontal_illuminance(), step.sky.clear_sun_normal_illuminance();
@@ -126,10 +106,11 @@ absl::StatusOr<v1::SkyLight> weather_sky(const photometry::Weather& weather,
   sky.clear_diffuse_horizontal_illuminance(), sky.clear_sun_normal_illuminance();
   v1::SkyLight::Perez& perez = *sky.mutable_perez();
   perez.Clear();
-  const auto altitude = sun_altitude_of(sky);
-  if (!altitude.ok()) return altitude.status();
-  if (*altitude <= 0) return sky;
-  const auto measured = photometry::irradiances_of(hour, *altitude);
+  const auto sun = wire::sun_altitude_degrees(sky);
+  if (!sun.ok()) return sun.status();
+  const double altitude = sun->value();  // `when` says it
+  if (altitude <= 0) return sky;
+  const auto measured = photometry::irradiances_of(hour, altitude);
   if (!measured)
     return fault(
         absl::StrCat("hour ", hour.hour, ": the weather file has no radiation of it (line ", hour.line, ")"));

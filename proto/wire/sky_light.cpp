@@ -199,6 +199,12 @@ absl::StatusOr<photometry::Sky> sky_of(const v1::SkyLight& light) {
   return absl::InvalidArgumentError("a sky needs a model: cie_type, or perez");
 }
 
+absl::StatusOr<std::optional<double>> sun_altitude_degrees(const v1::SkyLight& light) {
+  const auto sun = sun_of(light);
+  if (!sun.ok()) return sun.status();
+  return *sun ? std::optional((*sun)->altitude_degrees()) : std::nullopt;
+}
+
 double sun_degrees(const v1::SkyLight& light) {
   return light.has_sun_degrees() ? light.sun_degrees() : kMeanSunDegrees;
 }

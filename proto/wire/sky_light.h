@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "absl/status/statusor.h"
 #include "photometry/sky/sky.h"
@@ -26,6 +27,10 @@ bool has_sun(const v1::SkyLight& light);
 
 /// The sky, its sun and the ground in cd/m^2 and lx. InvalidArgument names the field that is at fault.
 absl::StatusOr<photometry::Sky> sky_of(const v1::SkyLight& light);
+
+/// The sun's altitude in degrees; nothing where the light does not say where the sun is. InvalidArgument as
+/// of sky_of().
+absl::StatusOr<std::optional<double>> sun_altitude_degrees(const v1::SkyLight& light);
 
 /// How far the sun is across, degrees; 0: parallel light.
 double sun_degrees(const v1::SkyLight& light);

@@ -74,9 +74,8 @@ class ProbeJobs {
   std::set<std::string> checked_;  // integrators of which a job was checked
   std::vector<std::string> warnings_;
   bool has_patch_ = false;
-  // Of the latest job
-  double cpu_seconds_ = 0;
-  std::uint64_t rays_ = 0;
+  double cpu_seconds_ = 0;  // of the latest job
+  std::uint64_t rays_ = 0;  // that it traced
 };
 
 /// The flux that the lights of `lights` emit, a part of the scene with its blobs: a luminance flux, in the

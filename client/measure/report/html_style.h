@@ -22,6 +22,7 @@ h2 { font-size: 18px; margin: 34px 0 8px; border-bottom: 1px solid var(--line); 
 .facts dd { margin: 0; font-variant-numeric: tabular-nums; overflow-wrap: anywhere; }
 .warnings { border-left: 4px solid var(--warn); padding-left: 14px; }
 .warnings h2 { border: 0; margin-bottom: 0; color: var(--warn); }
+.warnings summary { color: var(--warn); }
 figure { margin: 0 0 12px; }
 figcaption { color: var(--soft); font-size: 13px; }
 svg { display: block; max-width: 100%; height: auto; font-family: system-ui, sans-serif; }

@@ -15,6 +15,7 @@
 namespace tessera::client {
 namespace {
 
+constexpr std::size_t kFewWarnings = 8;
 constexpr double kPlanWidth = 760;
 /// Readings of a meter that the table shows at once; more are behind a line that opens them.
 constexpr std::size_t kMostRows = 24;
@@ -114,13 +115,19 @@ class Report {
 
   std::string warnings() const {
     std::string items;
+    std::size_t count = 0;
     for (const MeasuredMeter& meter : measured_.meters) {
+      count += meter.warnings.size();
       for (const std::string& warning : meter.warnings) {
         absl::StrAppend(&items, element("li", absl::StrCat(element("b", markup_escaped(meter.name)), ": ",
                                                            markup_escaped(warning))));
       }
     }
-    if (items.empty()) return "";
+    if (count == 0) return "";
+    // Many, such as those of all steps of a series, would hide the figures.
+    if (count > kFewWarnings)
+      return absl::StrCat("<details class=\"warnings\"><summary>", count, " warnings</summary><ul>", items,
+                          "</ul></details>\n");
     return absl::StrCat("<section class=\"warnings\"><h2>Warnings</h2><ul>", items, "</ul></section>\n");
   }
 

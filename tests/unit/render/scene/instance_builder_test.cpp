@@ -164,6 +164,19 @@ TEST_F(InstanceBuilderTest, ManyMeshesThatMoveHaveKeys) {
   EXPECT_NEAR(corners[1][1], std::sin(1.5 * std::numbers::pi / 180), 1e-5);
 }
 
+TEST_F(InstanceBuilderTest, LargeMeshesThatMoveAreObjects) {
+  std::string many;
+  for (int i = 0; i < 9; ++i) {
+    absl::StrAppend(
+        &many,
+        "shapes { mesh { blob { digest: 'triangle' size_bytes: 100000000 } } motion { time: 1 place { ",
+        kFiveAlongX, " } } }");
+  }
+  ASSERT_EQ(build(many), absl::OkStatus());
+  EXPECT_EQ(table_.world_shape_count, 0);
+  EXPECT_EQ(table_.instances.size(), 9u);
+}
+
 TEST_F(InstanceBuilderTest, FewMeshesThatMoveAreObjects) {
   ASSERT_EQ(build(absl::StrCat("shapes { mesh { blob { digest: 'triangle' } } world_from_object_end { ",
                                kFiveAlongX, " } }")),

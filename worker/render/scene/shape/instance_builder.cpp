@@ -26,8 +26,10 @@ void reserve(std::size_t more, std::vector<InstanceRecord>& records) {
 /// Up to so many, meshes that move are objects: rays that meet one search a tree that stands still. Where
 /// many move, rays would go through the boxes of many objects (decision 0066 has figures).
 constexpr int kFewMovingMeshes = 8;
-/// Each step is a copy of the mesh's vertices.
+/// Each step is a copy of the mesh's vertices: meshes that move may have so many bytes with all of their
+/// steps.
 constexpr int kMostStepsAsKeys = 8;
+constexpr double kMostBytesOfKeys = 1 << 30;
 
 /// Whether a shape moves and may be a mesh with keys: between two steps, vertices go as straight as matrices
 /// do.
@@ -122,12 +124,15 @@ absl::StatusOr<std::vector<int>> InstanceBuilder::add_still(const Shapes& shapes
 
 absl::Status InstanceBuilder::count_moving_meshes(const Shapes& shapes) {
   int count = 0;
+  double bytes = 0;
   for (int i = 0; i < shapes.size(); ++i) {
     const auto motion = Motion::of(shapes[i]);
     if (!motion.ok()) return located(motion.status(), place_in_scene("shape", i, shapes[i].name()));
-    count += may_have_keys(shapes[i], *motion);
+    if (!may_have_keys(shapes[i], *motion)) continue;
+    ++count;
+    bytes += static_cast<double>(shapes[i].mesh().blob().size_bytes()) * (motion->segments() + 1);
   }
-  meshes_have_keys_ = count > kFewMovingMeshes;
+  meshes_have_keys_ = count > kFewMovingMeshes && bytes <= kMostBytesOfKeys;
   return absl::OkStatus();
 }
 

@@ -251,7 +251,7 @@ absl::Status set_probes(const v1::Camera& camera, const RenderSpace& space,
   table->pixels = static_cast<std::int32_t>(table->probe_of_pixel.size());
   table->probe_of_pixel.resize(film_pixels, -1);
   table->column_of_pixel.resize(film_pixels), table->row_of_pixel.resize(film_pixels);
-  // Of two ends, joins to the probes are left out: they would be to pixels by chance, far from all others.
+  // Algorithms of two ends leave joins to probes out: they would be to pixels by chance, far from all others.
   record.kind = joins_probes(algorithm) ? SensorKind::kConnectingProbes : SensorKind::kProbes;
   record.render_from_sensor = Affine{};
   record.probes = std::move(table);
